@@ -1,0 +1,59 @@
+"""The command line: finds the verb, reads its options, and turns a refusal into one line and exit status 2."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from typing import NoReturn
+
+from burnish.commands.options import add_plan, add_polish
+from burnish.errors import BurnishError, InputError
+
+VERBS = {
+    "polish": ("plan a path over a mould, rub along it at a held force, and report what was polished", add_polish),
+    "plan": ("write the tool path alone, checked for reach and speed, as JSON", add_plan),
+}
+"""Verb to what it does and to its options."""
+REFUSED = 2
+INTERRUPTED = 130
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of printing the usage."""
+        raise InputError(f"{message}. See '{self.prog} --help'")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a verb; returns its exit status.
+
+    0 done; 2 the input is refused; 3 the supervisor stopped the arm; 130 interrupted.
+    """
+    parser = Parser(
+        prog="burnish",
+        description="Operational-space force control for robot arms; surface finishing from a mesh to a report.",
+        epilog="'burnish VERB --help' lists a verb's options with their units and defaults.",
+    )
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    for name, (text, add_options) in VERBS.items():
+        verb = verbs.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        add_options(verb)
+    try:
+        options = parser.parse_args(words)
+        # A verb's module brings its engines; only the one that is asked for is loaded.
+        return int(import_module(f"burnish.commands.{options.verb}").run(options))
+    except BurnishError as error:
+        print(f"burnish: {' '.join(str(error).split())}", file=sys.stderr)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("burnish: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+"""Options that several verbs share, and checks of what was given."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import tempfile
+from datetime import datetime
+from pathlib import Path
+
+from burnish.errors import InputError
+
+MOULDS = "plate, dome, wave or mould, or the path of an STL file"
+
+
+def add_polish(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish polish``."""
+    _add_work(parser)
+    parser.add_argument(
+        "--arm",
+        default="honest",
+        choices=("ideal", "honest", "honest-stiff"),
+        help="the simulated arm: the model itself; with friction, delay, biased sensors, wrong masses and a moved "
+        "mould; or the same with twice the friction (default: honest)",
+    )
+    parser.add_argument(
+        "--sensor",
+        default="wrist",
+        choices=("wrist", "joint"),
+        help="where the contact force comes from: a wrist sensor, or tared joint torques (default: wrist)",
+    )
+    parser.add_argument(
+        "--rate", type=float, metavar="HZ", help="control rate, 50 to 1000 Hz (default: 100, ideal arm 1000)"
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="K", help="seed of all random errors (default: 0)")
+    parser.add_argument("--out", metavar="DIR", help="folder for the results (default: a new one under runs/)")
+
+
+def add_plan(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish plan``."""
+    _add_work(parser)
+    parser.add_argument("--out", required=True, metavar="FILE.json", help="file for the plan: mould frame, m, m/s, N")
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    """What to work on, and how."""
+    parser.add_argument("--mould", default="dome", metavar="NAME|FILE.stl", help=f"{MOULDS} (default: dome)")
+    parser.add_argument(
+        "--unit", default="mm", choices=("mm", "m", "inch"), help="unit of an STL file, which names none (default: mm)"
+    )
+    parser.add_argument("--force", type=float, default=10.0, metavar="N", help="contact force, 2 to 20 N (default: 10)")
+    parser.add_argument(
+        "--feed", type=float, default=0.02, metavar="M/S", help="speed on the surface, 0.005 to 0.08 m/s (default: 0.02)"
+    )
+
+
+def output_folder(given: str | None, verb: str) -> Path:
+    """The folder for the results, made and tried, or a new one under ``runs/``.
+
+    Raises:
+        InputError: if it cannot be written.
+    """
+    folder = Path(given) if given else Path("runs") / f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{verb}"
+    check_writable(folder)
+    return folder
+
+
+def check_writable(folder: Path) -> None:
+    """Refuse a folder that cannot be made or written; leaves nothing behind.
+
+    Raises:
+        InputError: says which part of the path is in the way.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out {folder} is a file; expected a folder, new or existing")
+    nearest = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
+    try:
+        if not nearest.is_dir():
+            raise NotADirectoryError(f"{nearest} is a file")
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"--out {folder} cannot be written ({reason}: {nearest}); choose another folder") from error
+
+
+def relative(path: Path) -> str:
+    """The path as a person would type it from here."""
+    return os.path.relpath(path) if path.is_absolute() else str(path)

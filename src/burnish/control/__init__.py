@@ -1,0 +1,1 @@
+"""A reference to a torque: the control laws, and what the tool feels."""

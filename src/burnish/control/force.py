@@ -1,0 +1,125 @@
+"""`ForceMotion`: hold a force along the surface normal while moving over the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import exp
+
+import numpy as np
+
+from burnish.core import Array, Dynamics, ToolReference
+from burnish.errors import InputError
+from burnish.model.friction import Friction
+from burnish.rotation import rotation_vector_error
+
+
+@dataclass(kw_only=True)
+class ForceMotion:
+    """Operational-space motion along the surface and in orientation, force along its normal.
+
+        a   = a_d + K_d (v_d − v) + K_p e + K_i ∫e,     e = [p_d − p; θu]
+        f   = f_d + k_f (f_d − f_n) + k_i ∫(f_d − f_n)                     (pressing, along −n)
+        τ   = Jᵀ [ Λ (P a − J̇q̇) − n (c f + D_n v_n) + µ f_d v̂_t ] + h + g + τ_friction(q̇_d)
+
+    with f_n = n·F the measured contact force, P = I − c n nᵀ on the linear part, and c in [0, 1] the confidence
+    that the tool touches: it fades to 0 when the force is lost, and the normal direction is then held by position
+    like the others, so the tool does not lunge. Without a normal in the reference c = 0: pure motion.
+    τ_friction is compensated at the **planned** joint speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs.
+
+    Gravity is included. Source: the operational-space law of the blog (Khatib), thesis B ch. 4 for the impedance
+    along the surface; force along the normal, its fading and the friction feed-forward are ours.
+    """
+
+    position_frequency: float = 17.0
+    """Natural frequency of the position along the surface [rad/s]; K_p = ω²."""
+    orientation_frequency: float = 17.0
+    """Natural frequency of the orientation [rad/s]."""
+    damping_ratio: float = 1.0
+    """Of both; K_d = 2 ζ ω."""
+    position_integral: float = 0.5
+    """K_i/K_p of the position [1/s]."""
+    orientation_integral: float = 0.5
+    """K_i/K_p of the orientation [1/s]."""
+    force_gain: float = 0.0
+    """k_f: proportional force feedback, dimensionless."""
+    force_integral: float = 8.0
+    """k_i: integral force feedback [1/s]."""
+    normal_damping: float = 300.0
+    """D_n [N·s/m], against motion along the normal that the path does not ask for."""
+    integral_force: float = 6.0
+    """Bound of the force integral's share [N]."""
+    integral_acceleration: float = 6.0
+    """Bound of the motion integrals [m/s², rad/s²]."""
+    friction: Friction | None = None
+    """Nominal joint friction to compensate; None compensates nothing."""
+    friction_share: float = 0.8
+    """Share of it that is compensated: less than 1, because too much drives the joints by itself."""
+    surface_friction: float = 0.3
+    """µ of the tip on the surface, fed forward along the planned motion."""
+    contact_threshold: float = 0.2
+    """Share of the wanted force above which the tool counts as touching."""
+    fade_time: float = 0.04
+    """Time constant of c [s]."""
+    _integral: Array = field(default_factory=lambda: np.zeros(6), init=False, repr=False)
+    _force_integral: float = field(default=0.0, init=False, repr=False)
+    _contact: float = field(default=0.0, init=False, repr=False)
+    _t: float = field(default=0.0, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in ("position_frequency", "orientation_frequency", "damping_ratio", "fade_time"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"ForceMotion: {name} = {getattr(self, name)}; expected more than 0")
+        kp = np.repeat([self.position_frequency**2, self.orientation_frequency**2], 3)
+        self._kp = kp
+        self._kd = 2.0 * self.damping_ratio * np.sqrt(kp)
+        self._ki = kp * np.repeat([self.position_integral, self.orientation_integral], 3)
+
+    def reset(self, arm: Dynamics) -> None:
+        """Clear the integrals and the contact.
+
+        Raises:
+            InputError: if nothing has estimated the contact wrench.
+        """
+        if arm.F is None:
+            raise InputError("ForceMotion needs a contact wrench; give the rig a WristSense or a JointSense")
+        self._integral = np.zeros(6)
+        self._force_integral = 0.0
+        self._contact = 0.0
+        self._t = arm.t
+
+    def torque(self, arm: Dynamics, reference: ToolReference) -> Array:
+        """Joint torques [N·m], (n,), gravity included."""
+        dt, self._t = arm.t - self._t, arm.t
+        e = np.concatenate([reference.p - arm.p, rotation_vector_error(arm.R, reference.R)])
+        slip = reference.v - arm.v
+        self._integral = np.clip(
+            self._integral + dt * self._ki * e, -self.integral_acceleration, self.integral_acceleration
+        )
+        a = reference.a + self._kd * slip + self._kp * e + self._integral - arm.dJdq
+        wrench = np.zeros(6)
+        n = reference.normal
+        if n is not None:
+            c, press = self._press(float(n @ arm.F[:3]), reference.force, dt)
+            drift = float(n @ slip[:3])
+            # Along n nothing is asked by position, but for the path's own acceleration and what is left of c.
+            a[:3] -= c * n * float(n @ (a[:3] - reference.a[:3]))
+            wrench[:3] = n * (c * (self.normal_damping * drift - press)) + c * self._drag(n, reference)
+        tau = arm.J.T @ (arm.Lambda @ a + wrench) + arm.h + arm.g
+        if self.friction is not None:
+            tau += self.friction_share * self.friction.torque(arm.J_bar @ reference.v)
+        return np.asarray(tau)
+
+    def _press(self, measured: float, wanted: float, dt: float) -> tuple[float, float]:
+        """Contact confidence c and pressing force [N]."""
+        touching = measured > max(self.contact_threshold * wanted, 0.3)
+        self._contact += (float(touching) - self._contact) * (1.0 - exp(-dt / self.fade_time))
+        error = wanted - measured
+        if touching:
+            grown = self._force_integral + dt * self.force_integral * error
+            self._force_integral = min(max(grown, -self.integral_force), self.integral_force)
+        return self._contact, wanted + self.force_gain * error + self._force_integral
+
+    def _drag(self, n: Array, reference: ToolReference) -> Array:
+        """The force along the planned motion that overcomes the tip's friction [N], (3,)."""
+        v = reference.v[:3] - n * float(n @ reference.v[:3])
+        return np.asarray(self.surface_friction * reference.force * v / np.sqrt(float(v @ v) + 0.002**2))

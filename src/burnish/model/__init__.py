@@ -1,0 +1,1 @@
+"""What the arm is: kinematics, dynamics, friction, and the tool in its hand."""

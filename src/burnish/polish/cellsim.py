@@ -1,0 +1,135 @@
+"""A polishing cell in simulation: the job with a simulated arm under it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from burnish.control.force import ForceMotion
+from burnish.control.joint import ComputedTorque
+from burnish.control.wrench import ContactSense, JointSense, WristSense
+from burnish.core import Array
+from burnish.model.model import Model
+from burnish.model.tool import PolishingTool
+from burnish.polish.cell import HOME, nominal_placement, tool_down
+from burnish.polish.hertz import recommended_step
+from burnish.polish.process import Job
+from burnish.polish.recipe import MARGIN, Recipe
+from burnish.polish.stroke import Stroke
+from burnish.polish.toolpath import raster
+from burnish.runtime.loop import Rig
+from burnish.runtime.supervisor import Limits, Supervisor
+from burnish.sim.arms import Arm
+from burnish.sim.robot import SimRobot
+from burnish.sim.scene import Workpiece
+from burnish.surface import DistanceGrid, Mould
+
+SLIDE = 2e-3
+"""How far a mould may stand from where it is meant to [m]."""
+TURN = np.deg2rad(2.0)
+"""How far it may be turned [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WristFelt:
+    """Feel with the wrist sensor."""
+
+    touch_force: float = 0.8
+    """[N]: far above the sensor's noise of 0.05 N."""
+
+    def sense(self, tool: PolishingTool) -> ContactSense:
+        """The sense for this tool."""
+        return WristSense(mass=tool.mass, com=tool.com, offset=tool.length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFelt:
+    """Feel with the joint torque sensors."""
+
+    touch_force: float = 2.0
+    """[N]: 0.02 N·m of noise and what the gravity model is wrong by over a few millimetres."""
+
+    def sense(self, tool: PolishingTool) -> ContactSense:
+        """The sense for this tool."""
+        return JointSense()
+
+
+def plan_strokes(mould: Mould, grid: DistanceGrid, recipe: Recipe, tool: PolishingTool) -> list[Stroke]:
+    """The tool path over a mould, with the step that its force and tip recommend on a flat."""
+    return raster(
+        mould,
+        grid,
+        tip_radius=tool.tip_radius,
+        step=recommended_step(recipe.force, tool.tip_radius, 0.0, tool.modulus),
+        feed=recipe.feed,
+        force=recipe.force,
+        margin=MARGIN,
+    )
+
+
+def simulated_job(
+    grid: DistanceGrid,
+    strokes: list[Stroke],
+    arm: Arm,
+    *,
+    rate: float,
+    felt: WristFelt | JointFelt,
+    tool: PolishingTool,
+    on_phase: Callable[[str], None],
+    real_grid: DistanceGrid | None = None,
+) -> tuple[Job, SimRobot]:
+    """A job and the simulated arm that does it.
+
+    Args:
+        grid: distance to the mould that was planned for.
+        strokes: the tool path, mould frame.
+        arm: the arm; the job sees its nominal figures only.
+        rate: control rate [Hz].
+        felt: what the arm feels with.
+        tool: the tool in its hand.
+        on_phase: called at the start of each phase.
+        real_grid: the mould that really lies there; the planned one without it.
+    """
+    points = np.concatenate([stroke.points for stroke in strokes])
+    placement = nominal_placement(float(points[:, 2].max()))
+    model = tool.on(Model.jaco2()).with_armature(arm.armature)
+    workpiece = Workpiece(grid=grid if real_grid is None else real_grid, p=placement.p, R=placement.R)
+    robot = SimRobot(HOME, rate=rate, plant=arm.plant, tool=tool, workpiece=workpiece)
+    rig = Rig(robot, model, Supervisor(limits=Limits.of(model)), felt.sense(tool))
+    job = Job(
+        rig=rig,
+        tool=tool,
+        grid=grid,
+        strokes=strokes,
+        placement=placement,
+        upright=tool_down(model),
+        law=law_for(arm, rate, tool),
+        travel=ComputedTorque.at_frequency(10.0, friction=arm.friction),
+        home=HOME,
+        touch_force=felt.touch_force,
+        uncertainty=SLIDE + TURN * half_size(points),
+        on_phase=on_phase,
+    )
+    return job, robot
+
+
+def law_for(arm: Arm, rate: float, tool: PolishingTool) -> ForceMotion:
+    """Gains for the dead time of the loop: what acts T late can be held no faster than about 0.4/T.
+
+    T is the delay, half a period of holding, half of differencing positions, and the sensor's filter.
+    """
+    dead = (arm.delay + 1.0) / rate + 1e-3
+    omega = min(40.0, 0.4 / dead)
+    return ForceMotion(
+        position_frequency=omega,
+        orientation_frequency=omega,
+        friction=arm.friction,
+        surface_friction=tool.friction,
+    )
+
+
+def half_size(points: Array) -> float:
+    """Half of the larger side of the points in plan [m]."""
+    return 0.5 * float((points[:, :2].max(axis=0) - points[:, :2].min(axis=0)).max())

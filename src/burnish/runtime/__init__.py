@@ -1,0 +1,1 @@
+"""One cycle, safely: the loop, the supervisor and the recorder."""

@@ -1,0 +1,144 @@
+"""`Supervisor`: the last word on every torque; it clamps, and once it has tripped it stays tripped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from burnish.core import Array, Dynamics, read_only
+from burnish.errors import InputError
+from burnish.model.model import Model
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What no command and no state may exceed."""
+
+    torque: Array
+    """Largest joint torque [N·m], (n,)."""
+    torque_rate: float = 300.0
+    """Largest change of a joint torque [N·m/s]."""
+    speed: Array
+    """Joint speed at which the arm is stopped [rad/s], (n,)."""
+    tool_force: float = 25.0
+    """Contact force at which the tool retreats [N]."""
+    stiffness: Array
+    """Of the hold after a trip [N·m/rad], (n,)."""
+    damping: Array
+    """Of the hold after a trip [N·m·s/rad], (n,)."""
+    retreat: float = 0.02
+    """Distance by which the tool retreats along the contact force after too much of it [m]."""
+
+    def __post_init__(self) -> None:
+        for name in ("torque", "speed", "stiffness", "damping"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+        for name, value in vars(self).items():
+            if not (np.all(np.isfinite(value)) and np.all(np.asarray(value) > 0.0)):
+                raise InputError(f"limits: {name} = {value}; expected finite numbers more than 0")
+
+    @classmethod
+    def of(cls, model: Model) -> Limits:
+        """The description's torque and speed limits, and a soft hold scaled to the joints' torque.
+
+        The hold is 120/25 N·m/rad and 12/3 N·m·s/rad on the JACO2: stiff enough to carry an unknown kilogram
+        within 50 mm, soft enough to give way to a hand.
+        """
+        strong = model.effort_limit > 0.5 * model.effort_limit.max()
+        return cls(
+            torque=model.effort_limit,
+            speed=model.velocity_limit,
+            stiffness=np.where(strong, 120.0, 25.0),
+            damping=np.where(strong, 12.0, 3.0),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Event:
+    """Why and when the supervisor tripped."""
+
+    t: float
+    """Time [s]."""
+    cause: str
+    """What was found, and the limit."""
+
+
+@dataclass(kw_only=True)
+class Supervisor:
+    """Checks every state and every torque between the law and the robot.
+
+    Order: finite state → joint speed → tool force → finite torque → absolute clamp → rate clamp. A trip latches:
+    from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint positions of that instant;
+    after too much tool force q₀ lies a little way back along the force. No exception leaves it, nothing resets it.
+    """
+
+    limits: Limits
+    event: Event | None = field(default=None, init=False)
+    """The trip, or None."""
+    clamped: int = field(default=0, init=False)
+    """Cycles in which a torque was clamped."""
+    _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
+    _last: Array | None = field(default=None, init=False, repr=False)
+    _t: float = field(default=-inf, init=False, repr=False)
+
+    @property
+    def tripped(self) -> bool:
+        """Whether the supervisor has stopped the arm."""
+        return self.event is not None
+
+    def filter(self, arm: Dynamics, torque: Array) -> Array:
+        """The torque that may be sent [N·m], (n,)."""
+        if self.event is None:
+            cause = self._cause(arm, torque)
+            if cause is not None:
+                self._trip(arm, cause)
+        if self.event is not None:
+            torque = self._safe(arm)
+        return self._clamp(arm, torque)
+
+    def _cause(self, arm: Dynamics, torque: Array) -> str | None:
+        limits = self.limits
+        if not (np.isfinite(arm.q).all() and np.isfinite(arm.dq).all()):
+            return "the measured state is not finite"
+        over = np.abs(arm.dq) > limits.speed
+        if over.any():
+            i = int(np.argmax(np.abs(arm.dq) / limits.speed))
+            return f"joint {i + 1} moved at {abs(arm.dq[i]):.2f} rad/s; the limit is {limits.speed[i]:.2f} rad/s"
+        if arm.F is not None:
+            force = float(np.linalg.norm(arm.F[:3]))
+            if not force <= limits.tool_force:
+                return f"the tool force reached {force:.1f} N; the limit is {limits.tool_force:.0f} N"
+        if not np.isfinite(torque).all():
+            return "the control law gave a torque that is not finite"
+        return None
+
+    def _trip(self, arm: Dynamics, cause: str) -> None:
+        self.event = Event(t=arm.t, cause=cause)
+        q = np.where(np.isfinite(arm.q), arm.q, 0.0)
+        self._hold = q
+        if arm.F is not None and np.isfinite(arm.F).all() and np.isfinite(arm.q).all():
+            force = arm.F[:3]
+            size = float(np.linalg.norm(force))
+            if size > self.limits.tool_force:
+                back = np.concatenate([self.limits.retreat * force / size, np.zeros(3)])
+                self._hold = q + arm.J_bar @ back
+
+    def _safe(self, arm: Dynamics) -> Array:
+        limits = self.limits
+        safe = arm.g - limits.damping * arm.dq + limits.stiffness * (self._hold - arm.q)
+        if np.isfinite(safe).all():
+            return np.asarray(safe)
+        # The state itself is broken: the last torque that was sent is the best guess of the arm's weight.
+        return np.zeros(len(limits.torque)) if self._last is None else self._last
+
+    def _clamp(self, arm: Dynamics, torque: Array) -> Array:
+        limits = self.limits
+        sent = np.minimum(np.maximum(torque, -limits.torque), limits.torque)
+        if self._last is not None:
+            step = limits.torque_rate * max(arm.t - self._t, 1e-4)
+            sent = np.minimum(np.maximum(sent, self._last - step), self._last + step)
+        if (sent != torque).any():
+            self.clamped += 1
+        self._last, self._t = sent, arm.t
+        return np.asarray(sent)

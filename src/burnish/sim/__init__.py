@@ -1,0 +1,1 @@
+"""The arm in MuJoCo, as dishonest as a real one."""

@@ -1,0 +1,191 @@
+"""`SimRobot`: the arm in MuJoCo behind the `Robot` protocol, as late, biased and stiff as its plant."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import mujoco
+import numpy as np
+from typing_extensions import Self
+
+from burnish.core import Array, Command, State
+from burnish.errors import InputError, SimulationError
+from burnish.model.tool import PolishingTool
+from burnish.sim.contact import SphereOnSurface, Touch, plain
+from burnish.sim.plant import Plant
+from burnish.sim.scene import TIMESTEP, Workpiece, build
+from burnish.sim.truth import Truth
+
+HOME = np.array([4.8046852, 2.924825, 1.002, 4.2031852, 1.4458, 1.3233])
+"""The vendor's home pose [rad] (thesis B, eq. 5.1)."""
+WRIST_FILTER = 4e-3
+"""The wrist sensor averages its samples over this time [s], or over one control period if that is shorter."""
+SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+"""The engine's force sensors cost a pass over the tree; they run only while the wrist sensor averages."""
+
+
+class SimRobot:
+    """A simulated JACO2 with a polishing tool.
+
+    `read` runs the physics up to the next sample and returns what the sensors say; `write` sends a torque, which
+    acts after the plant's delay. The truth is in `truth`, for metrics and reports only.
+    """
+
+    def __init__(
+        self,
+        q: Array = HOME,
+        *,
+        rate: float = 1000.0,
+        plant: Plant | None = None,
+        tool: PolishingTool | None = None,
+        workpiece: Workpiece | None = None,
+    ) -> None:
+        """An arm at rest at ``q`` [rad], held by its gravity torque, sampled at ``rate`` [Hz]."""
+        if not 20.0 <= rate <= 1.0 / TIMESTEP:
+            raise InputError(f"rate {rate} Hz is out of range; expected 20 to {1.0 / TIMESTEP:.0f} Hz")
+        self._plant = plant if plant is not None else Plant.ideal()
+        self._tool = tool if tool is not None else PolishingTool()
+        scene = build(self._tool, self._plant, workpiece)
+        self._n, self._tip, self._tool_body = scene.n, scene.tip, scene.tool
+        self._model = scene.model
+        self._data = mujoco.MjData(scene.model)
+        self._data.qpos[: self._n] = q
+        self._limit = np.array([30.5] * 3 + [6.8] * 3)
+        self._period = 1.0 / rate
+        self._rng = np.random.default_rng([self._plant.seed, 7])
+        self._queue: deque[tuple[float, Array]] = deque()
+        self._contact = (
+            None
+            if workpiece is None
+            else SphereOnSurface(workpiece.grid, self._tool.tip_radius, self._tool.friction)
+        )
+        self._window = max(1, round(min(WRIST_FILTER, self._period) / TIMESTEP))
+        self._velocity = np.zeros(6)
+        self._touching = False
+        self._steps = 0
+        self._started = False
+        self._q_before = self._encoders()
+        self._t_before = 0.0
+        self.truth = Truth(timestep=TIMESTEP)
+        mujoco.mj_forward(self._model, self._data)
+        self._wrench = np.array(self._data.sensordata)
+        # At rest the arm is held where it is, tip included, until the first command acts.
+        self._data.qfrc_applied[: self._n] = self._data.qfrc_bias[: self._n]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._queue.clear()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._steps * TIMESTEP
+
+    def read(self) -> State:
+        """Run the physics to the next sample; what the sensors read then.
+
+        Raises:
+            SimulationError: if the physics left the finite numbers.
+        """
+        if self._started:
+            off = self._plant.period_jitter * self._rng.uniform(-1.0, 1.0) if self._plant.period_jitter else 0.0
+            self._advance(max(1, round(self._period * (1.0 + off) / TIMESTEP)))
+        self._started = True
+        return self._measure()
+
+    def write(self, command: Command) -> Array:
+        """Send a torque; it acts after the plant's delay. Returns the torque after the driver's last clamp [N·m]."""
+        tau = np.clip(command.tau, -self._limit, self._limit)
+        if not np.all(np.isfinite(tau)):
+            raise InputError(f"torque command {command.tau} is not finite; the driver does not send it")
+        late = self._plant.delay
+        if self._plant.jitter:
+            late += self._plant.jitter * self._rng.uniform()
+        self._queue.append((self.time + late * self._period, tau))
+        return tau
+
+    def _advance(self, steps: int) -> None:
+        """``steps`` physics steps with the queued commands and the contact."""
+        model, data, queue, truth = self._model, self._data, self._queue, self.truth
+        touch = None
+        read_from = steps - self._window
+        self._wrench[:] = 0.0
+        for step in range(steps):
+            if step == max(read_from, 0):
+                model.opt.disableflags &= ~SENSORS_OFF
+            while queue and queue[0][0] <= self._steps * TIMESTEP + 1e-9:
+                data.qfrc_applied[: self._n] = queue.popleft()[1]
+            mujoco.mj_step1(model, data)
+            touch = self._touch()
+            mujoco.mj_step2(model, data)
+            self._steps += 1
+            truth.normal_force.append(0.0 if touch is None else touch.normal_force)
+            if step >= read_from:
+                self._wrench += data.sensordata
+        model.opt.disableflags |= SENSORS_OFF
+        self._wrench /= min(steps, self._window)
+        if data.warning.number.any() or not np.all(np.isfinite(data.qvel)):
+            raise SimulationError(f"the simulated arm diverged at t = {self.time:.3f} s; its numbers cannot be used")
+        self._log(touch)
+
+    def _measure(self) -> State:
+        """The sensors at this instant."""
+        plant, data, n = self._plant, self._data, self._n
+        q, t = self._encoders(), self.time
+        if plant.encoder_counts is None:
+            dq = data.qvel[:n]
+        else:
+            dq = (q - self._q_before) / (t - self._t_before) if t > self._t_before else np.zeros(n)
+        self._q_before, self._t_before = q, t
+        link_side = (
+            data.qfrc_applied[:n] + data.qfrc_constraint[:n] + data.qfrc_passive[:n] - plant.armature * data.qacc[:n]
+        )
+        # The engine's sensor gives what the arm exerts on the tool; a wrist sensor is read the other way round.
+        return State(
+            t=t,
+            q=q,
+            dq=dq,
+            tau=link_side + plant.torque_bias + plant.torque_noise * self._rng.normal(size=n),
+            F=-self._wrench + plant.wrench_bias + plant.wrench_noise * self._rng.normal(size=6),
+        )
+
+    def _encoders(self) -> Array:
+        """Joint positions as the encoders count them [rad]."""
+        q = np.array(self._data.qpos[: self._n])
+        counts = self._plant.encoder_counts
+        if counts is None:
+            return q
+        return np.asarray(np.round(q * counts / (2.0 * np.pi)) * (2.0 * np.pi) / counts)
+
+    def _touch(self) -> Touch | None:
+        """The contact at this instant, applied to the tip."""
+        data, tip, contact = self._data, self._tip, self._contact
+        if contact is None:
+            return None
+        # [angular; linear] velocity at the origin of the tip's body, which is the centre of the sphere.
+        mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, tip, self._velocity, 0)
+        wx, wy, wz, vx, vy, vz = self._velocity.tolist()
+        centre = plain(data.xpos[tip])
+        touch = contact.touch(centre, (vx, vy, vz), (wx, wy, wz))
+        if touch is not None:
+            (fx, fy, fz), (px, py, pz) = touch.force, touch.point
+            rx, ry, rz = px - centre[0], py - centre[1], pz - centre[2]
+            data.xfrc_applied[tip] = (fx, fy, fz, ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
+            self._touching = True
+        elif self._touching:
+            data.xfrc_applied[tip] = 0.0
+            self._touching = False
+        return touch
+
+    def _log(self, touch: Touch | None) -> None:
+        """Write the truth of the cycle that ends now."""
+        truth, nowhere = self.truth, (np.nan, np.nan, np.nan)
+        truth.cycle_step.append(self._steps)
+        truth.time.append(self.time)
+        truth.point.append(nowhere if touch is None else touch.point)
+        truth.normal.append(nowhere if touch is None else touch.normal)
+        truth.slip.append(0.0 if touch is None else touch.slip)
+        # The third column of the tool's rotation.
+        truth.axis.append(plain(self._data.xmat[self._tool_body][2::3]))

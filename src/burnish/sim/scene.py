@@ -1,0 +1,101 @@
+"""The arm in MuJoCo: the one description plus the tool, with the gears of a drawn plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from burnish.core import Array
+from burnish.model.model import JACO2_URDF
+from burnish.model.tool import PolishingTool
+from burnish.rotation import exp, quaternion
+from burnish.sim.plant import Plant
+from burnish.surface import DistanceGrid
+
+TIMESTEP = 0.5e-3
+"""Physics step [s]: a 50 g tip between its spring and the felt rings at 240 Hz, eight steps a period."""
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+"""Gravity in the base frame [m/s²]."""
+BASE = "link_base"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """A compiled MuJoCo model and the addresses that the robot reads."""
+
+    model: Any
+    """mujoco.MjModel."""
+    n: int
+    """Number of arm joints; the tip's slide is one more."""
+    tip: int
+    """Body of the felt tip; its frame's origin is the tip's centre."""
+    tool: int
+    """Body of the tool; its frame is the wrist sensor's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workpiece:
+    """A mould in the simulated cell: its surface, and where the controller is **told** that it stands."""
+
+    grid: DistanceGrid
+    p: Array
+    """Origin of the mould's frame in the base frame [m], (3,)."""
+    R: Array
+    """Rotation, base ← mould, (3, 3)."""
+
+
+def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Scene:
+    """Compile the arm of a plant with a tool in its hand; contact and self-healing of the engine are off.
+
+    The frame of MuJoCo's world is the frame of the mould, where it really stands: the arm's base is placed in it
+    and gravity turned, so that the contact needs no change of axes.
+    """
+    spec = mujoco.MjSpec.from_file(str(JACO2_URDF))
+    joints = list(spec.joints)
+    n = len(joints)
+    hand = spec.body("end_effector")
+    body = hand.add_body(name="tool")
+    _inertial(body, tool.body_mass, (0.0, 0.0, tool.body_com), tool.body_inertia)
+    body.add_site(name="wrist")
+    tip = body.add_body(name="tip", pos=[0.0, 0.0, tool.tip_centre])
+    _inertial(tip, tool.tip_mass, (0.0, 0.0, 0.0), tool.tip_inertia)
+    tip.add_joint(
+        name="tip", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0.0, 0.0, 1.0], stiffness=tool.stiffness, damping=tool.damping
+    )
+    wrist = mujoco.mjtObj.mjOBJ_SITE
+    spec.add_sensor(name="force", type=mujoco.mjtSensor.mjSENS_FORCE, objtype=wrist, objname="wrist")
+    spec.add_sensor(name="torque", type=mujoco.mjtSensor.mjSENS_TORQUE, objtype=wrist, objname="wrist")
+    spec.option.timestep = TIMESTEP
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    # MuJoCo's joint limits are soft springs; the arm's own limits are the controller's business.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
+    if workpiece is not None:
+        R = exp(plant.mould_turn) @ workpiece.R
+        base = spec.body(BASE)
+        base.pos = (-R.T @ (workpiece.p + plant.mould_shift)).tolist()
+        base.quat = quaternion(R.T).tolist()
+        spec.option.gravity = (R.T @ GRAVITY).tolist()
+    model = spec.compile()
+    model.dof_armature[:n] = plant.armature
+    model.dof_damping[:n] = plant.friction.viscous
+    model.dof_frictionloss[:n] = plant.friction.coulomb
+    moving = [model.body(joint.parent.name).id for joint in joints]
+    tool_bodies = [model.body("tool").id, model.body("tip").id]
+    for ids, scale in zip([[m] for m in moving] + [tool_bodies], plant.mass_scale, strict=True):
+        model.body_mass[ids] *= scale
+        model.body_inertia[ids] *= scale
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+    return Scene(model=model, n=n, tip=model.body("tip").id, tool=model.body("tool").id)
+
+
+def _inertial(body: Any, mass: float, com: tuple[float, float, float], inertia: np.ndarray[Any, Any]) -> None:
+    """Give a spec's body its mass [kg], centre of mass [m] and principal inertia [kg·m²]."""
+    body.explicitinertial = True
+    body.mass = mass
+    body.ipos = list(com)
+    body.inertia = inertia.tolist()

@@ -1,0 +1,184 @@
+"""A path over a surface: positions with normals to a timed tool reference that keeps its twist exact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+
+from burnish.core import Array, Dynamics, ToolReference
+from burnish.errors import InputError
+from burnish.rotation import log, skew
+
+
+def tool_rotation(normal: Array, R0: Array) -> Array:
+    """The rotation nearest to R0 whose z axis points into the surface: the least turn from z₀ to −n.
+
+    A function of the normal alone, so the same spot is always met in the same pose.
+    """
+    z0, z = R0[:, 2], -normal
+    c = float(z0 @ z)
+    if c < -0.99:
+        raise InputError("the surface faces away from the tool's working side by more than 170°")
+    w = skew(np.array([z0[1] * z[2] - z0[2] * z[1], z0[2] * z[0] - z0[0] * z[2], z0[0] * z[1] - z0[1] * z[0]]))
+    return np.asarray((np.eye(3) + w + w @ w / (1.0 + c)) @ R0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimedPath:
+    """A tool path sampled evenly in time: pose, twist, acceleration, normal and force at every node."""
+
+    dt: float
+    """Time between nodes [s]."""
+    p: Array
+    """Tool position, base frame [m], (N, 3)."""
+    R: Array
+    """Tool rotation, base ← tool, (N, 3, 3)."""
+    v: Array
+    """Twist, base axes [m/s, rad/s], (N, 6)."""
+    a: Array
+    """Acceleration, base axes [m/s², rad/s²], (N, 6)."""
+    normal: Array
+    """Outward unit normal, base axes, (N, 3)."""
+    force: Array
+    """Wanted contact force [N], (N,)."""
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last node [s]."""
+        return self.dt * (len(self.p) - 1)
+
+    def with_ramp(self, ramp: float, settle: float) -> TimedPath:
+        """This path after a stand at its start, in which the force rises from 0 in ``ramp`` and holds ``settle`` [s]."""
+        still, rise = round((ramp + settle) / self.dt), round(ramp / self.dt)
+        share = np.minimum(np.arange(still) / max(rise, 1), 1.0)
+
+        def stand(values: Array) -> Array:
+            return np.concatenate([np.repeat(values[:1], still, axis=0), values])
+
+        def rest(values: Array) -> Array:
+            return np.concatenate([np.zeros((still, values.shape[1])), values])
+
+        return TimedPath(
+            dt=self.dt,
+            p=stand(self.p),
+            R=stand(self.R),
+            v=rest(self.v),
+            a=rest(self.a),
+            normal=stand(self.normal),
+            force=np.concatenate([share * self.force[0], self.force]),
+        )
+
+
+def time_path(
+    points: Array, normals: Array, feed: Array, force: Array, R0: Array, *, acceleration: float, dt: float = 5e-3
+) -> TimedPath:
+    """Time a path: as fast as its feed, slower where it bends, from rest to rest.
+
+    Args:
+        points: contact points, base frame [m], (N, 3).
+        normals: outward unit normals, (N, 3).
+        feed: wanted speed at each point [m/s], (N,).
+        force: wanted contact force at each point [N], (N,).
+        R0: tool rotation about which the tool turns least, (3, 3).
+        acceleration: bound of the tangential and of the centripetal acceleration [m/s²].
+        dt: time between the nodes of the result [s].
+    """
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if len(points) < 3 or np.any(steps < 1e-9):
+        raise InputError("a path needs at least three points, no two neighbours alike")
+    s = np.concatenate([[0.0], np.cumsum(steps)])
+    speed = _speed(points, normals, s, feed, acceleration)
+    # Between two points the acceleration is constant: the mean speed is the mean of both ends.
+    t = np.concatenate([[0.0], np.cumsum(2.0 * steps / (speed[1:] + speed[:-1]))])
+    nodes = np.arange(0.0, t[-1] + dt, dt)
+    k = np.clip(np.searchsorted(t, nodes, side="right") - 1, 0, len(s) - 2)
+    rest = np.clip(nodes - t[k], 0.0, None)
+    rate = (speed[k + 1] - speed[k]) / (t[k + 1] - t[k])
+    at = np.clip(s[k] + speed[k] * rest + 0.5 * rate * rest**2, 0.0, s[-1])
+    p = _smooth(np.column_stack([np.interp(at, s, points[:, i]) for i in range(3)]), dt)
+    n = _smooth(np.column_stack([np.interp(at, s, normals[:, i]) for i in range(3)]), dt)
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    R = np.array([tool_rotation(normal, R0) for normal in n])
+    omega = np.zeros_like(p)
+    omega[1:-1] = [log(R[i + 1] @ R[i - 1].T) / (2.0 * dt) for i in range(1, len(R) - 1)]
+    v = np.column_stack([np.gradient(p, dt, axis=0), omega])
+    return TimedPath(dt=dt, p=p, R=R, v=v, a=np.gradient(v, dt, axis=0), normal=n, force=np.interp(at, s, force))
+
+
+@dataclass(kw_only=True)
+class SurfacePath:
+    """Follow a timed path from its start; the source of references for a pass over a surface."""
+
+    path: TimedPath
+    """The path."""
+    ahead: float = 0.0
+    """Look this much ahead [s]: what the arm does late is asked for early."""
+    _t0: float = field(default=0.0, init=False, repr=False)
+
+    def reset(self, arm: Dynamics) -> None:
+        """Start the clock."""
+        self._t0 = arm.t
+
+    def at(self, arm: Dynamics) -> ToolReference:
+        """The reference at the instant of ``arm``, linear between nodes; at the end it stands still."""
+        path = self.path
+        x = (arm.t - self._t0 + self.ahead) / path.dt
+        last = len(path.p) - 2
+        if x >= last + 1:
+            return ToolReference(
+                p=path.p[-1], R=path.R[-1], v=ZERO6, a=ZERO6, normal=path.normal[-1], force=float(path.force[-1])
+            )
+        k = min(int(x), last)
+        f = x - k
+        return ToolReference(
+            p=path.p[k] + f * (path.p[k + 1] - path.p[k]),
+            R=path.R[k + 1] if f > 0.5 else path.R[k],
+            v=path.v[k] + f * (path.v[k + 1] - path.v[k]),
+            a=path.a[k] + f * (path.a[k + 1] - path.a[k]),
+            normal=path.normal[k + 1] if f > 0.5 else path.normal[k],
+            force=float(path.force[k]),
+        )
+
+    def arrived(self, arm: Dynamics) -> bool:
+        """Whether the path is done."""
+        return arm.t - self._t0 + self.ahead >= self.path.duration
+
+    def share(self, arm: Dynamics) -> float:
+        """Share of the path that is done, 0 to 1."""
+        return min(1.0, max(0.0, (arm.t - self._t0) / self.path.duration))
+
+
+ZERO6 = np.zeros(6)
+
+
+TURN_RATE = 0.3
+"""Largest angular speed of the tool on a path [rad/s]: over fillets it is the wrist that sets the pace, not the feed."""
+START_ACCELERATION = 0.02
+"""From rest and to rest [m/s²]: stuck joints break away one after the other, and slowly is gently."""
+
+
+def _speed(points: Array, normals: Array, s: Array, feed: Array, acceleration: float) -> Array:
+    """Speed at each point [m/s]: below the feed, slow in bends and turns, reachable, and gentle at both ends."""
+    tangent = np.gradient(points, s, axis=0)
+    curvature = np.linalg.norm(np.gradient(tangent, s, axis=0), axis=1)
+    speed = np.minimum(feed, np.sqrt(acceleration / np.maximum(curvature, 1e-9)))
+    turn = np.linalg.norm(np.gradient(normals, s, axis=0), axis=1)
+    speed = np.minimum(speed, TURN_RATE / np.maximum(turn, 1e-9))
+    # A path in arc length cannot leave rest at speed 0: 1 mm/s is as good.
+    speed = np.minimum(speed, 1e-3 + np.sqrt(2.0 * START_ACCELERATION * np.minimum(s, s[-1] - s)))
+    steps = np.diff(s)
+    for i in range(1, len(s)):
+        speed[i] = min(speed[i], sqrt(speed[i - 1] ** 2 + 2.0 * acceleration * steps[i - 1]))
+    for i in range(len(s) - 2, -1, -1):
+        speed[i] = min(speed[i], sqrt(speed[i + 1] ** 2 + 2.0 * acceleration * steps[i]))
+    return np.asarray(speed)
+
+
+def _smooth(values: Array, dt: float, window: float = 0.05) -> Array:
+    """Moving average over ``window`` seconds, ends held: rounds the corners that sampling leaves."""
+    half = max(1, round(0.5 * window / dt))
+    padded = np.concatenate([np.repeat(values[:1], half, 0), values, np.repeat(values[-1:], half, 0)])
+    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(padded, axis=0)])
+    return np.asarray((total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1))
