@@ -93,6 +93,12 @@ class Dynamics:
     F: Array | None = None
     """Contact wrench, base axes about the tool point [N, N·m], (6,); None until something has estimated it."""
 
+    def feeling(self, F: Array) -> Dynamics:
+        """This with a contact wrench F; what was computed before is kept, because none of it depends on F."""
+        felt = object.__new__(Dynamics)
+        felt.__dict__.update(self.__dict__, F=F)
+        return felt
+
     @cached_property
     def v(self) -> Array:
         """Tool twist J q̇ [m/s, rad/s], (6,)."""

@@ -20,9 +20,7 @@ SENSOR = (0.62, 0.64, 0.66)
 def arm_shapes(model: Model, q: Array, tool: PolishingTool) -> list[Shape]:
     """The JACO2 at joint positions ``q`` [rad] with its tool, in base axes."""
     poses = model.link_poses(q)
-    shapes = [
-        _shape("arm", poses[look.link], look.vertices, look.faces, look.colour) for look in looks()
-    ]
+    shapes = [_shape("arm", poses[look.link], look.vertices, look.faces, look.colour) for look in looks()]
     hand = poses["end_effector"]
     across, height = tool.body_radius, 2.0 * tool.body_com
     plate = trimesh.creation.cylinder(1.5 * across, 0.012, sections=40)

@@ -44,6 +44,8 @@ class PassSeries:
     """Commanded feed [m/s], positive; a scalar is taken for all samples."""
     force_set: float
     """Set force [N]."""
+    feed_set: float
+    """Feed of the recipe [m/s]; the commanded one is lower in turns."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "feed", np.broadcast_to(np.asarray(self.feed, dtype=np.float64), np.shape(self.t)))
@@ -70,7 +72,7 @@ class PassSeries:
         # Half a nanosecond of slack: the border belongs to the score, however it was rounded.
         late = self.t >= self.t[0] + SETTLING_TIME - 5e-10
         series = {name: getattr(self, name)[late] for name in ("t", "force", "tilt", "speed", "feed")}
-        return PassSeries(**series, force_set=self.force_set)
+        return PassSeries(**series, force_set=self.force_set, feed_set=self.feed_set)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +96,7 @@ class PassMetrics:
     tilt_max_deg: float
     """Largest such angle."""
     feed_rms_pct: float
-    """Root mean square of (tangential speed − commanded feed) / commanded feed."""
+    """Root mean square of tangential speed − commanded feed, over the recipe's feed."""
 
     def as_dict(self) -> dict[str, float]:
         """Name to figure."""
@@ -120,7 +122,7 @@ def pass_metrics(series: PassSeries, touch_force: ArrayLike) -> PassMetrics:
         contact_lost_pct=100.0 * float(np.mean(scored.force < CONTACT_FORCE)),
         tilt_rms_deg=rms(tilt_deg),
         tilt_max_deg=float(np.max(np.abs(tilt_deg))),
-        feed_rms_pct=100.0 * rms((scored.speed - scored.feed) / scored.feed),
+        feed_rms_pct=100.0 * rms(scored.speed - scored.feed) / scored.feed_set,
     )
 
 

@@ -50,7 +50,11 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--force", type=float, default=10.0, metavar="N", help="contact force, 2 to 20 N (default: 10)")
     parser.add_argument(
-        "--feed", type=float, default=0.02, metavar="M/S", help="speed on the surface, 0.005 to 0.08 m/s (default: 0.02)"
+        "--feed",
+        type=float,
+        default=0.02,
+        metavar="M/S",
+        help="speed on the surface, 0.005 to 0.08 m/s (default: 0.02)",
     )
 
 

@@ -1,1 +1,25 @@
-"""A reference to a torque: the control laws, and what the tool feels."""
+"""A reference to a torque: the control laws; `wrench` says what the tool feels.
+
+The public face gives one name to two things: ``burnish.control`` is this folder of laws, and ``control(rig, source,
+law)`` from ``burnish`` is the loop. So the folder can be called, and then is the loop.
+"""
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+from burnish.control.force import ForceMotion
+from burnish.control.joint import ComputedTorque, GravityCompensation
+from burnish.control.wrench import JointSense as JointSense
+from burnish.control.wrench import WristSense as WristSense
+
+__all__ = ["ComputedTorque", "ForceMotion", "GravityCompensation"]
+
+
+class _LawsAndLoop(ModuleType):
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return import_module("burnish.runtime.loop").control(*arguments, **named)
+
+
+sys.modules[__name__].__class__ = _LawsAndLoop

@@ -22,17 +22,18 @@ class ForceMotion:
         τ   = Jᵀ [ Λ (P a − J̇q̇) − n (c f + D_n v_n) + µ f_d v̂_t ] + h + g + τ_friction(q̇_d)
 
     with f_n = n·F the measured contact force, P = I − c n nᵀ on the linear part, and c in [0, 1] the confidence
-    that the tool touches: it fades to 0 when the force is lost, and the normal direction is then held by position
-    like the others, so the tool does not lunge. Without a normal in the reference c = 0: pure motion.
-    τ_friction is compensated at the **planned** joint speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs.
+    that the tool touches. It fades to 0 when the force is lost: the normal direction is then held by position like
+    the others, so the tool does not lunge, and looks for the surface a few millimetres down at the speed of a guarded
+    approach. Without a normal in the reference c = 0: pure motion. τ_friction is compensated at the **planned** joint
+    speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs.
 
     Gravity is included. Source: the operational-space law of the blog (Khatib), thesis B ch. 4 for the impedance
     along the surface; force along the normal, its fading and the friction feed-forward are ours.
     """
 
-    position_frequency: float = 17.0
+    position_frequency: float = 14.0
     """Natural frequency of the position along the surface [rad/s]; K_p = ω²."""
-    orientation_frequency: float = 17.0
+    orientation_frequency: float = 14.0
     """Natural frequency of the orientation [rad/s]."""
     damping_ratio: float = 1.0
     """Of both; K_d = 2 ζ ω."""
@@ -44,7 +45,7 @@ class ForceMotion:
     """k_f: proportional force feedback, dimensionless."""
     force_integral: float = 8.0
     """k_i: integral force feedback [1/s]."""
-    normal_damping: float = 300.0
+    normal_damping: float = 250.0
     """D_n [N·s/m], against motion along the normal that the path does not ask for."""
     integral_force: float = 6.0
     """Bound of the force integral's share [N]."""
@@ -56,13 +57,18 @@ class ForceMotion:
     """Share of it that is compensated: less than 1, because too much drives the joints by itself."""
     surface_friction: float = 0.3
     """µ of the tip on the surface, fed forward along the planned motion."""
-    contact_threshold: float = 0.2
-    """Share of the wanted force above which the tool counts as touching."""
+    contact_force: float = 0.5
+    """Force from which the tool counts as touching [N]; well above the noise of what feels it."""
+    seek_speed: float = 5e-3
+    """Speed at which a tool that lost the surface looks for it [m/s]."""
+    seek_depth: float = 4e-3
+    """How far below the planned surface it looks [m]."""
     fade_time: float = 0.04
     """Time constant of c [s]."""
     _integral: Array = field(default_factory=lambda: np.zeros(6), init=False, repr=False)
     _force_integral: float = field(default=0.0, init=False, repr=False)
     _contact: float = field(default=0.0, init=False, repr=False)
+    _sunk: float = field(default=0.0, init=False, repr=False)
     _t: float = field(default=0.0, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -85,6 +91,7 @@ class ForceMotion:
         self._integral = np.zeros(6)
         self._force_integral = 0.0
         self._contact = 0.0
+        self._sunk = 0.0
         self._t = arm.t
 
     def torque(self, arm: Dynamics, reference: ToolReference) -> Array:
@@ -92,14 +99,14 @@ class ForceMotion:
         dt, self._t = arm.t - self._t, arm.t
         e = np.concatenate([reference.p - arm.p, rotation_vector_error(arm.R, reference.R)])
         slip = reference.v - arm.v
-        self._integral = np.clip(
-            self._integral + dt * self._ki * e, -self.integral_acceleration, self.integral_acceleration
-        )
+        grown = self._integral + dt * self._ki * e
+        self._integral = np.minimum(np.maximum(grown, -self.integral_acceleration), self.integral_acceleration)
         a = reference.a + self._kd * slip + self._kp * e + self._integral - arm.dJdq
         wrench = np.zeros(6)
         n = reference.normal
-        if n is not None:
+        if n is not None and arm.F is not None:
             c, press = self._press(float(n @ arm.F[:3]), reference.force, dt)
+            a[:3] -= self._seek(c, dt) * n
             drift = float(n @ slip[:3])
             # Along n nothing is asked by position, but for the path's own acceleration and what is left of c.
             a[:3] -= c * n * float(n @ (a[:3] - reference.a[:3]))
@@ -111,13 +118,19 @@ class ForceMotion:
 
     def _press(self, measured: float, wanted: float, dt: float) -> tuple[float, float]:
         """Contact confidence c and pressing force [N]."""
-        touching = measured > max(self.contact_threshold * wanted, 0.3)
+        touching = measured > self.contact_force
         self._contact += (float(touching) - self._contact) * (1.0 - exp(-dt / self.fade_time))
         error = wanted - measured
         if touching:
             grown = self._force_integral + dt * self.force_integral * error
             self._force_integral = min(max(grown, -self.integral_force), self.integral_force)
         return self._contact, wanted + self.force_gain * error + self._force_integral
+
+    def _seek(self, c: float, dt: float) -> float:
+        """Acceleration towards a surface that was lost [m/s²]; it sinks while c is low and rises again with contact."""
+        rate = self.seek_speed * (1.0 - 2.0 * c)
+        self._sunk = min(max(self._sunk + rate * dt, 0.0), self.seek_depth)
+        return self.position_frequency**2 * self._sunk
 
     def _drag(self, n: Array, reference: ToolReference) -> Array:
         """The force along the planned motion that overcomes the tip's friction [N], (3,)."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from burnish.core import Array, Dynamics, JointReference
 from burnish.errors import InputError
@@ -20,11 +19,11 @@ class ComputedTorque:
     the integral.
     """
 
-    kp: ArrayLike
+    kp: float | Array
     """K_p [1/s²], (n,) or one number."""
-    kd: ArrayLike
+    kd: float | Array
     """K_d [1/s], (n,) or one number."""
-    ki: ArrayLike = 0.0
+    ki: float | Array = 0.0
     """K_i [1/s³], (n,) or one number."""
     integral: float = 20.0
     """Bound of K_i ∫e [rad/s²]."""
@@ -54,7 +53,7 @@ class ComputedTorque:
         """Joint torques [N·m], (n,), gravity included."""
         dt, self._t = arm.t - self._t, arm.t
         e, de = reference.q - arm.q, reference.dq - arm.dq
-        grown = self._integral + dt * np.asarray(self.ki) * e
+        grown = self._integral + dt * self.ki * e
         self._integral = np.clip(grown, -self.integral, self.integral)
         tau = arm.M @ (reference.ddq + self.kp * e + self.kd * de + self._integral) + arm.h + arm.g
         if self.friction is not None:
@@ -69,7 +68,7 @@ class GravityCompensation:
     Source: the blog; the small damping is ours, it keeps a weightless arm from drifting.
     """
 
-    damping: ArrayLike = 0.0
+    damping: float | Array = 0.0
     """D [N·m·s/rad], (n,) or one number."""
 
     def reset(self, arm: Dynamics) -> None:

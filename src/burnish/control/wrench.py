@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -61,7 +61,7 @@ class WristSense:
         force, moment = wrench[:3], wrench[3:]
         # Moment about the tool point: less offset·z × force.
         about_tip = moment - self.offset * np.array([-force[1], force[0], 0.0])
-        return replace(arm, F=np.concatenate([arm.R @ force, arm.R @ about_tip]))
+        return arm.feeling(np.concatenate([arm.R @ force, arm.R @ about_tip]))
 
     def tare(self, readings: list[tuple[Dynamics, State]]) -> None:
         """Mean of reading − weight, in free air, becomes the bias."""
@@ -110,7 +110,7 @@ class JointSense:
             self._torque = self._torque + share * (residual - self._torque)
         self._t = arm.t
         # Jᵀ F = −(τ_s − h − g): the wrench that these joint torques hold, by the Λ-weighted inverse.
-        return replace(arm, F=-(arm.J_bar.T @ self._torque))
+        return arm.feeling(-(arm.J_bar.T @ self._torque))
 
     def tare(self, readings: list[tuple[Dynamics, State]]) -> None:
         """Mean residual in free air becomes the bias: sensor offsets and errors of the gravity model there."""

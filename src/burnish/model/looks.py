@@ -5,6 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from burnish.core import Array
 from burnish.model.model import JACO2_URDF
+from burnish.rotation import exp
 
 GREY = (0.5, 0.5, 0.5)
 SECTIONS = 40
@@ -55,7 +57,8 @@ def looks(path: Path = JACO2_URDF) -> list[Look]:
     return found
 
 
-def _mesh(geometry: ElementTree.Element | None) -> trimesh.Trimesh | None:
+def _mesh(geometry: ElementTree.Element | None) -> Any:
+    """A trimesh, or None for a shape that is not drawn."""
     shape = None if geometry is None or len(geometry) == 0 else geometry[0]
     if shape is None:
         return None
@@ -71,7 +74,8 @@ def _mesh(geometry: ElementTree.Element | None) -> trimesh.Trimesh | None:
 def _rotation(visual: ElementTree.Element) -> Array:
     """R = Rz(yaw) Ry(pitch) Rx(roll) of the visual's origin."""
     roll, pitch, yaw = _numbers(visual.find("origin"), "rpy")
-    return np.asarray(trimesh.transformations.euler_matrix(roll, pitch, yaw, "sxyz")[:3, :3])
+    x, y, z = (np.eye(3)[i] for i in range(3))
+    return exp(yaw * z) @ exp(pitch * y) @ exp(roll * x)
 
 
 def _numbers(element: ElementTree.Element | None, key: str) -> Array:

@@ -74,7 +74,7 @@ class Model:
         """A model whose M contains this reflected rotor inertia, (n,) or one number for all [kg·m²]."""
         values = np.broadcast_to(np.asarray(armature, dtype=float), (self.n,))
         if not np.all(np.isfinite(values)) or np.any(values < 0.0):
-            raise InputError(f"armature {armature} must be finite and at least 0 kg·m²")
+            raise InputError(f"armature {values} must be finite and at least 0 kg·m²")
         engine = pin.Model(self._engine)
         engine.armature = np.array(values)
         return Model(engine, self.tool)

@@ -105,7 +105,7 @@ def simulated_job(
         strokes=strokes,
         placement=placement,
         upright=tool_down(model),
-        law=law_for(arm, rate, tool),
+        law=law_for(arm, rate, tool, felt),
         travel=ComputedTorque.at_frequency(10.0, friction=arm.friction),
         home=HOME,
         touch_force=felt.touch_force,
@@ -115,18 +115,19 @@ def simulated_job(
     return job, robot
 
 
-def law_for(arm: Arm, rate: float, tool: PolishingTool) -> ForceMotion:
-    """Gains for the dead time of the loop: what acts T late can be held no faster than about 0.4/T.
+def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointFelt) -> ForceMotion:
+    """Gains for the dead time of the loop: what acts T late can be held no faster than about a third of 1/T.
 
     T is the delay, half a period of holding, half of differencing positions, and the sensor's filter.
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
-    omega = min(40.0, 0.4 / dead)
+    omega = min(40.0, 0.31 / dead)
     return ForceMotion(
         position_frequency=omega,
         orientation_frequency=omega,
         friction=arm.friction,
         surface_friction=tool.friction,
+        contact_force=0.6 * felt.touch_force,
     )
 
 

@@ -98,6 +98,16 @@ class Job:
         reaches = [follow(self.rig.model, path) for path in paths]
         return paths, max(reaches, key=lambda reach: reach.speed_share)
 
+    def working_joints(self) -> Array:
+        """Joint positions in the middle of the first stroke, for a picture [rad], (n,)."""
+        stroke = max(self.strokes, key=lambda stroke: stroke.length)
+        k = len(stroke.points) // 2
+        p, n = (
+            self.placement.points(stroke.points[k : k + 1])[0],
+            self.placement.directions(stroke.normals[k : k + 1])[0],
+        )
+        return inverse(self.rig.model, p, tool_rotation(n, self.upright), self._seeds())
+
     def run(self) -> Iterator[Sample]:
         """All samples of the job, to the arm at rest."""
         try:
@@ -117,8 +127,7 @@ class Job:
         targets = self.placement.points(points[order])
         outward = self.placement.directions(normals[order])
         first = targets[0] + (self.uncertainty + 0.05) * np.array([0.0, 0.0, 1.0])
-        seeds = [READY, *random_seeds(self.rig.model, 8, np.random.default_rng(0))]
-        q = inverse(self.rig.model, first, self.upright, seeds)
+        q = inverse(self.rig.model, first, self.upright, self._seeds())
         yield from self._joints(_nearest_turn(self.rig.model.lower, self.home, q))
         centres: list[Array] = []
         for p, n in zip(targets, outward, strict=True):
@@ -214,6 +223,9 @@ class Job:
         self.phase = phase
         self.on_phase(phase)
         yield from control(self.rig, source, law, until=until)
+
+    def _seeds(self) -> list[Array]:
+        return [READY, *random_seeds(self.rig.model, 8, np.random.default_rng(0))]
 
     def _arm(self) -> Dynamics:
         return self.rig.arm if self.rig.arm is not None else self.rig.read()

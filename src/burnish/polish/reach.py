@@ -19,6 +19,9 @@ CLEARANCE = 2.5e-3
 """Distance that is kept from what the tip cannot reach [m]: nearer to a corner the tip feels both sides of it at
 once, through the spacing of the distance grid."""
 
+_EDGE = 2.0
+"""Spacings of the distance grid around a border within which its normals are none."""
+
 _ROUNDING = 1e-7
 """What the inset may fall short by, so that a place at the inset counts as inside [m]."""
 
@@ -69,6 +72,8 @@ class Reach:
             flat = touch.normal[:, 2] >= np.cos(self.max_slope)
         good[good] = flat & unobstructed(self.grid, touch.centre, self.tip_radius)
         for aside in np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]) * CLEARANCE:
-            beside = laid(self.grid, xy[good] + aside, self.tip_radius)
-            good[good] = unobstructed(self.grid, beside.centre, self.tip_radius)
+            beside = xy[good] + aside
+            centre = laid(self.grid, beside, self.tip_radius).centre
+            edge = self.border.distance(beside) < _EDGE * self.grid.spacing  # the grid rounds it off
+            good[good] = np.isnan(centre[:, 2]) | edge | unobstructed(self.grid, centre, self.tip_radius)
         return np.asarray(good)

@@ -9,9 +9,9 @@ import numpy as np
 from burnish.errors import InputError
 
 MARGIN = 3e-3
-"""The path stays this far inside the border of the part [m]: the mould may have slid 2 mm, and the tip must not fall."""
+"""The path's inset from the border of the part [m]: the mould may have slid 2 mm, and the tip must not fall."""
 EDGE_BAND = 6e-3
-"""Band along the border that is not judged [m]: margin, 2 mm by which the mould may have slid, and the end of a track."""
+"""Band along the border that is not judged [m]: the inset, 2 mm for a mould that slid, and the end of a track."""
 PRESTON = 1e-11
 """Removal per pressure and distance [1/Pa]. A placeholder to be calibrated on the real felt, paste and steel: no
 trustworthy figure is published. All percentages are free of it."""

@@ -178,8 +178,8 @@ def coverage(depth: Array, target: float, areas: Array, mask: NDArray[np.bool_])
     mean = float(weight @ found)
     spread = float(np.sqrt(weight @ (found - mean) ** 2))
     return Coverage(
-        covered_pct=100.0 * float(weight @ (found >= COVERED * target)),
-        overpolished_pct=100.0 * float(weight @ (found > OVERPOLISHED * target)),
+        covered_pct=min(100.0 * float(weight @ (found >= COVERED * target)), 100.0),
+        overpolished_pct=min(100.0 * float(weight @ (found > OVERPOLISHED * target)), 100.0),
         cv_pct=100.0 * spread / mean if mean > 0.0 else 0.0,
         mean=mean,
     )

@@ -33,7 +33,8 @@ class Rig:
 
     def feel(self) -> Dynamics:
         """The last measurement felt again, after a tare."""
-        assert self.state is not None and self._model_arm is not None, "read comes first"
+        assert self.state is not None, "read comes first"
+        assert self._model_arm is not None, "read comes first"
         self.arm = self.sense.feel(self._model_arm, self.state)
         return self.arm
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
+from math import inf, isfinite, sqrt
 
 import numpy as np
 
@@ -99,17 +99,17 @@ class Supervisor:
 
     def _cause(self, arm: Dynamics, torque: Array) -> str | None:
         limits = self.limits
-        if not (np.isfinite(arm.q).all() and np.isfinite(arm.dq).all()):
+        if not (_finite(arm.q) and _finite(arm.dq)):
             return "the measured state is not finite"
-        over = np.abs(arm.dq) > limits.speed
-        if over.any():
-            i = int(np.argmax(np.abs(arm.dq) / limits.speed))
+        share = np.abs(arm.dq) / limits.speed
+        if share.max() > 1.0:
+            i = int(np.argmax(share))
             return f"joint {i + 1} moved at {abs(arm.dq[i]):.2f} rad/s; the limit is {limits.speed[i]:.2f} rad/s"
         if arm.F is not None:
-            force = float(np.linalg.norm(arm.F[:3]))
+            force = sqrt(float(arm.F[:3] @ arm.F[:3]))
             if not force <= limits.tool_force:
                 return f"the tool force reached {force:.1f} N; the limit is {limits.tool_force:.0f} N"
-        if not np.isfinite(torque).all():
+        if not _finite(torque):
             return "the control law gave a torque that is not finite"
         return None
 
@@ -142,3 +142,8 @@ class Supervisor:
             self.clamped += 1
         self._last, self._t = sent, arm.t
         return np.asarray(sent)
+
+
+def _finite(values: Array) -> bool:
+    """Whether all values are finite: a sum is so only if every summand is."""
+    return isfinite(float(np.add.reduce(values)))

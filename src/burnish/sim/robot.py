@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from time import perf_counter
 
 import mujoco
 import numpy as np
@@ -20,6 +21,7 @@ HOME = np.array([4.8046852, 2.924825, 1.002, 4.2031852, 1.4458, 1.3233])
 """The vendor's home pose [rad] (thesis B, eq. 5.1)."""
 WRIST_FILTER = 4e-3
 """The wrist sensor averages its samples over this time [s], or over one control period if that is shorter."""
+BODY = int(mujoco.mjtObj.mjOBJ_BODY)
 SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 """The engine's force sensors cost a pass over the tree; they run only while the wrist sensor averages."""
 
@@ -28,7 +30,8 @@ class SimRobot:
     """A simulated JACO2 with a polishing tool.
 
     `read` runs the physics up to the next sample and returns what the sensors say; `write` sends a torque, which
-    acts after the plant's delay. The truth is in `truth`, for metrics and reports only.
+    acts after the plant's delay. The truth is in `truth`, for metrics and reports only. ``late_cycles`` counts the
+    cycles in which the controller took longer than a period.
     """
 
     def __init__(
@@ -51,16 +54,18 @@ class SimRobot:
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[: self._n] = q
         self._limit = np.array([30.5] * 3 + [6.8] * 3)
-        self._period = 1.0 / rate
+        self.period = 1.0 / rate
+        self.late_cycles = 0
+        self._read_at = 0.0
         self._rng = np.random.default_rng([self._plant.seed, 7])
         self._queue: deque[tuple[float, Array]] = deque()
         self._contact = (
-            None
-            if workpiece is None
-            else SphereOnSurface(workpiece.grid, self._tool.tip_radius, self._tool.friction)
+            None if workpiece is None else SphereOnSurface(workpiece.grid, self._tool.tip_radius, self._tool.friction)
         )
-        self._window = max(1, round(min(WRIST_FILTER, self._period) / TIMESTEP))
+        self._window = max(1, round(min(WRIST_FILTER, self.period) / TIMESTEP))
         self._velocity = np.zeros(6)
+        # Views into the engine's memory, made once.
+        self._tip_centre, self._push = self._data.xpos[self._tip], self._data.xfrc_applied[self._tip]
         self._touching = False
         self._steps = 0
         self._started = False
@@ -91,24 +96,29 @@ class SimRobot:
         """
         if self._started:
             off = self._plant.period_jitter * self._rng.uniform(-1.0, 1.0) if self._plant.period_jitter else 0.0
-            self._advance(max(1, round(self._period * (1.0 + off) / TIMESTEP)))
+            self._advance(max(1, round(self.period * (1.0 + off) / TIMESTEP)))
         self._started = True
-        return self._measure()
+        state = self._measure()
+        self._read_at = perf_counter()
+        return state
 
     def write(self, command: Command) -> Array:
         """Send a torque; it acts after the plant's delay. Returns the torque after the driver's last clamp [N·m]."""
         tau = np.clip(command.tau, -self._limit, self._limit)
         if not np.all(np.isfinite(tau)):
             raise InputError(f"torque command {command.tau} is not finite; the driver does not send it")
+        # Simulated time waits for the controller; a real arm would not.
+        self.late_cycles += perf_counter() - self._read_at > self.period
         late = self._plant.delay
         if self._plant.jitter:
             late += self._plant.jitter * self._rng.uniform()
-        self._queue.append((self.time + late * self._period, tau))
+        self._queue.append((self.time + late * self.period, tau))
         return tau
 
     def _advance(self, steps: int) -> None:
         """``steps`` physics steps with the queued commands and the contact."""
         model, data, queue, truth = self._model, self._data, self._queue, self.truth
+        force = truth.normal_force.append
         touch = None
         read_from = steps - self._window
         self._wrench[:] = 0.0
@@ -121,7 +131,7 @@ class SimRobot:
             touch = self._touch()
             mujoco.mj_step2(model, data)
             self._steps += 1
-            truth.normal_force.append(0.0 if touch is None else touch.normal_force)
+            force(0.0 if touch is None else touch.normal_force)
             if step >= read_from:
                 self._wrench += data.sensordata
         model.opt.disableflags |= SENSORS_OFF
@@ -161,21 +171,21 @@ class SimRobot:
 
     def _touch(self) -> Touch | None:
         """The contact at this instant, applied to the tip."""
-        data, tip, contact = self._data, self._tip, self._contact
+        contact = self._contact
         if contact is None:
             return None
         # [angular; linear] velocity at the origin of the tip's body, which is the centre of the sphere.
-        mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, tip, self._velocity, 0)
+        mujoco.mj_objectVelocity(self._model, self._data, BODY, self._tip, self._velocity, 0)
         wx, wy, wz, vx, vy, vz = self._velocity.tolist()
-        centre = plain(data.xpos[tip])
-        touch = contact.touch(centre, (vx, vy, vz), (wx, wy, wz))
+        cx, cy, cz = self._tip_centre.tolist()
+        touch = contact.touch((cx, cy, cz), (vx, vy, vz), (wx, wy, wz))
         if touch is not None:
             (fx, fy, fz), (px, py, pz) = touch.force, touch.point
-            rx, ry, rz = px - centre[0], py - centre[1], pz - centre[2]
-            data.xfrc_applied[tip] = (fx, fy, fz, ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
+            rx, ry, rz = px - cx, py - cy, pz - cz
+            self._push[:] = (fx, fy, fz, ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
             self._touching = True
         elif self._touching:
-            data.xfrc_applied[tip] = 0.0
+            self._push[:] = 0.0
             self._touching = False
         return touch
 

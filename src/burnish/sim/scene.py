@@ -64,7 +64,11 @@ def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Sce
     tip = body.add_body(name="tip", pos=[0.0, 0.0, tool.tip_centre])
     _inertial(tip, tool.tip_mass, (0.0, 0.0, 0.0), tool.tip_inertia)
     tip.add_joint(
-        name="tip", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0.0, 0.0, 1.0], stiffness=tool.stiffness, damping=tool.damping
+        name="tip",
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0.0, 0.0, 1.0],
+        stiffness=tool.stiffness,
+        damping=tool.damping,
     )
     wrist = mujoco.mjtObj.mjOBJ_SITE
     spec.add_sensor(name="force", type=mujoco.mjtSensor.mjSENS_FORCE, objtype=wrist, objname="wrist")

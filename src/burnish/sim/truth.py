@@ -32,8 +32,8 @@ class Truth:
 
     def force(self) -> tuple[Array, Array]:
         """Time [s] and true normal force [N] at every physics step."""
-        force = np.asarray(self.normal_force)
-        return self.timestep * np.arange(1, len(force) + 1), force
+        force: Array = np.asarray(self.normal_force, dtype=np.float64)
+        return np.asarray(self.timestep * np.arange(1, len(force) + 1), dtype=np.float64), force
 
     def cycle_force(self) -> Array:
         """True normal force averaged over each cycle [N]."""

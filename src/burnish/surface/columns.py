@@ -11,12 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from burnish.core import Array
+from burnish.errors import MouldError
 from burnish.surface.nearest import ragged
 from burnish.surface.winding import Faces
 
 _ASIDE = np.array([0.737, 0.419]) * 1e-3
 """Offset of the rays from the columns, in spacings: the corners of made-up surfaces like to lie exactly on
 the columns, where a ray could miss both neighbours or hit both. It costs a thousandth of a spacing."""
+
+MOST_PAIRS = 100_000_000
+"""Pairs of a triangle and a column under its bounding box that are tried at all: some ten seconds. A part of half a
+million small triangles has a few million of them; a heap of triangles from end to end has no end."""
 
 _PAIRS = 1 << 20
 """Pairs of a triangle and a column that are tried at a time; bounds the memory."""
@@ -31,6 +36,9 @@ def inside(vertices: Array, faces: Faces, origin: Array, spacing: float, shape: 
         origin: first node [m], (3,).
         spacing: distance of the nodes [m].
         shape: number of nodes along x, y and z.
+
+    Raises:
+        MouldError: the triangles lie over each other by the thousand.
     """
     corners = (vertices[faces] - origin) / spacing
     corners[:, :, :2] -= _ASIDE
@@ -38,6 +46,11 @@ def inside(vertices: Array, faces: Faces, origin: Array, spacing: float, shape: 
     high = np.minimum(np.floor(corners[:, :, :2].max(axis=1)), np.array(shape[:2]) - 1).astype(np.int64)
     size = np.maximum(high - low + 1, 0)
     count = size[:, 0] * size[:, 1]
+    if count.sum() > MOST_PAIRS:
+        raise MouldError(
+            f"the {len(faces)} triangles lie over each other {count.sum() / (shape[0] * shape[1]):.0f} deep seen from "
+            "above; expected the surface of a part: remove what is inside it"
+        )
     exits = np.zeros(shape, dtype=np.int16)
     for part in _batches(count):
         triangle, number = ragged(count[part])

@@ -62,7 +62,7 @@ class Mould:
             with resources.as_file(asset) as path:
                 return cls.of(name_or_path, read_stl(path, "mm"))
         path = Path(name_or_path)
-        if path.name == name_or_path and not path.suffix and not os.path.exists(path):
+        if os.sep not in name_or_path and not path.suffix and not os.path.exists(name_or_path):
             raise MouldError(
                 f"there is no mould '{name_or_path}'; expected {', '.join(bundled.NAMES)}, or the path of an STL file"
             )

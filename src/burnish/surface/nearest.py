@@ -18,18 +18,35 @@ from burnish.surface.winding import Faces
 _RING = 16
 """Neighbouring samples that are tried around the nearest one."""
 
+MOST_SAMPLES = 1_000_000
+"""Samples of the largest surface; about half a kilobyte each."""
+
+_GAIN = 1e-10
+"""Gain in squared distance from which another sample is better [m²]: above the rounding of single precision, so that
+a climb ends, and a few nanometres at 15 mm."""
+
 
 class Nearest:
     """Samples of a surface, each with its triangle."""
 
     def __init__(self, vertices: Array, faces: Faces, spacing: float) -> None:
-        """Sample the surface so that every point of it has a sample within about 0.7 of the spacing [m]."""
+        """Sample the surface so that every point of it has a sample within about 0.7 of the spacing [m].
+
+        Where that takes more than MOST_SAMPLES, besides some for each triangle, the spacing grows.
+        """
+        corners = vertices[faces]
+        while _expected(corners, spacing) > MOST_SAMPLES + 2 * len(faces):
+            spacing *= 1.5
         self.spacing = spacing
-        self.triangles = Triangles(vertices[faces])
-        self.samples, self.owner = _samples(vertices[faces], spacing)
+        self.triangles = Triangles(corners)
+        self.samples, self.owner = _samples(corners, spacing)
         self.tree = cKDTree(self.samples, leafsize=32)
         ring = min(_RING + 1, len(self.samples))
         self.ring: NDArray[np.int64] = self.tree.query(self.samples, k=ring)[1].reshape(-1, ring)
+        """Each sample and its neighbours, nearest first, (S, R)."""
+        offset = self.samples[self.ring] - self.samples[:, None, :]
+        self._offset = np.moveaxis(offset, 1, 2).astype(np.float32)
+        self._square = np.einsum("sri,sri->sr", offset, offset).astype(np.float32)
 
     def sample(self, points: Array) -> NDArray[np.int64]:
         """Number of the sample nearest to each point (N, 3), (N,); the slow, sure way."""
@@ -47,9 +64,11 @@ class Nearest:
         """The sample nearest to each point among a sample and its ring, (N,)."""
         best = np.empty(len(points), dtype=np.int64)
         for part in parts(len(points)):
-            ring = self.ring[sample[part]]
-            x, y, z = (self.samples[ring, i] - points[part, i, None] for i in range(3))
-            best[part] = ring[np.arange(len(ring)), np.argmin(x * x + y * y + z * z, axis=1)]
+            here = sample[part]
+            to = (points[part] - self.samples[here]).astype(np.float32)
+            farther = self._square[here] - 2.0 * np.einsum("ni,nir->nr", to, self._offset[here])
+            farther[:, 0] = -_GAIN  # the sample itself
+            best[part] = self.ring[here, np.argmin(farther, axis=1)]
         return best
 
     def distance(self, points: Array, sample: NDArray[np.int64]) -> Array:
@@ -65,6 +84,14 @@ class Nearest:
             rows = near[other]
             distance[rows] = np.minimum(distance[rows], self.triangles.distance(points[rows], ring[other]))
         return distance
+
+
+def _expected(corners: Array, spacing: float) -> float:
+    """About how many samples triangles (F, 3, 3) take: by their area, and by the length of slender ones."""
+    sides = np.roll(corners, -1, axis=1) - corners
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2.0
+    return float(area.sum() / spacing**2 + longest.sum() / spacing + len(corners))
 
 
 def _samples(corners: Array, spacing: float) -> tuple[Array, NDArray[np.int64]]:

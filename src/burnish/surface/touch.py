@@ -22,10 +22,6 @@ reach [m]. In a hollow of facets a tip of 15 mm always cuts in between: 0.23 mm 
 _CHUNK = 1 << 14
 """Points lowered at a time; bounds the memory (one column of the grid each)."""
 
-_RELAXATION = 0.5
-"""Share of the miss by which a sphere is moved. The contact moves by R/(R + r) of that on a surface of radius R,
-less than 1 on a convex one and up to 5 in the tightest hollow that a tip should work."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Touch:
@@ -80,11 +76,8 @@ def touching(grid: DistanceGrid, xy: Array, radius: float) -> Touch:
         InputError: as for :func:`lowered`.
     """
     aim = laid(grid, xy, radius).centre[:, :2]
-    touch = lowered(grid, aim, radius)
-    for _ in range(2):
-        aim = aim + _RELAXATION * (xy - touch.contact[:, :2])
-        touch = lowered(grid, aim, radius)
-    return touch
+    missed = xy - lowered(grid, aim, radius).contact[:, :2]  # beside an edge, whose normals the grid rounds off
+    return lowered(grid, aim + missed, radius)
 
 
 def laid(grid: DistanceGrid, xy: Array, radius: float) -> Touch:
@@ -104,7 +97,7 @@ def laid(grid: DistanceGrid, xy: Array, radius: float) -> Touch:
 def unobstructed(grid: DistanceGrid, centre: Array, radius: float) -> NDArray[np.bool_]:
     """Whether a sphere at these centres (N, 3) cuts into the mould nowhere, (N,); not at NaN."""
     met = ~np.isnan(centre[:, 2])
-    met[met] = grid.at(centre[met])[0] > radius - OBSTRUCTED
+    met[met] = grid.distance(centre[met]) > radius - OBSTRUCTED
     return met
 
 

@@ -81,9 +81,7 @@ class CubicPose:
         """The reference at the instant of ``arm``; at the end it stands still."""
         s, ds, dds = cubic((arm.t - self._t0) / self.duration, self.duration)
         way = np.concatenate([self.p - self._p0, self._turn])
-        return ToolReference(
-            p=self._p0 + s * way[:3], R=exp(s * self._turn) @ self._R0, v=ds * way, a=dds * way
-        )
+        return ToolReference(p=self._p0 + s * way[:3], R=exp(s * self._turn) @ self._R0, v=ds * way, a=dds * way)
 
     def arrived(self, arm: Dynamics) -> bool:
         """Whether the time is over."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from burnish.core import Array, Dynamics, JointReference
 from burnish.errors import InputError
@@ -18,7 +17,7 @@ class Sine:
     Source: thesis A, eq. 5.3 (20°, 8 s); thesis B, eq. 5.3–5.4 (π/4, 10 s).
     """
 
-    amplitude: ArrayLike
+    amplitude: float | Array
     """A [rad], (n,) or one number for all joints."""
     period: float
     """T [s]."""

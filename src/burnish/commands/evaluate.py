@@ -1,0 +1,179 @@
+"""From the log of a job and the truth of its simulation to figures, series and removal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from burnish.analysis.metrics import PassSeries, Scalar, pass_metrics
+from burnish.analysis.mould_map import RemovalField
+from burnish.analysis.plot import RunSeries
+from burnish.core import Array, Sample, ToolReference
+from burnish.model.tool import PolishingTool
+from burnish.polish.hertz import recommended_step
+from burnish.polish.process import SETTLE
+from burnish.polish.reach import STEEPEST, Reach
+from burnish.polish.recipe import EDGE_BAND, PRESTON, Recipe
+from burnish.polish.removal import Coverage, Removal, coverage, workable
+from burnish.sim.truth import Truth
+from burnish.surface import Border, DistanceGrid, Mould, WorkingSurface
+
+AFTER_TOUCH = 0.05
+"""Time after the first touch in which its peak may still come [s]: the lift, or the force ramp, has hardly begun."""
+FIRST_SECOND = 1.0
+"""Start of each later stroke that is not judged [s], as the first second of the first one is not."""
+
+
+@dataclass(kw_only=True)
+class RunLog:
+    """What the loop saw, a row a cycle, and when each phase began."""
+
+    t: list[float] = field(default_factory=list)
+    measured: list[float] = field(default_factory=list)
+    wanted: list[float] = field(default_factory=list)
+    feed: list[float] = field(default_factory=list)
+    phases: list[tuple[float, str]] = field(default_factory=list)
+
+    def add(self, sample: Sample) -> None:
+        """Append one cycle."""
+        arm, reference = sample.arm, sample.reference
+        self.t.append(arm.t)
+        force, wanted, feed = np.nan, 0.0, 0.0
+        if isinstance(reference, ToolReference):
+            n = reference.normal
+            if n is not None:
+                wanted = reference.force
+                v = reference.v[:3]
+                feed = float(np.linalg.norm(v - n * float(n @ v)))
+            if arm.F is not None:
+                # In the air the tool's own axis stands for the normal.
+                force = float((n if n is not None else -arm.R[:, 2]) @ arm.F[:3])
+        self.measured.append(force)
+        self.wanted.append(wanted)
+        self.feed.append(feed)
+
+    def spans(self, *names: str) -> list[tuple[float, float]]:
+        """Start and end of every phase of these names [s]."""
+        ends = [start for start, _ in self.phases[1:]] + [np.inf]
+        return [(start, end) for (start, name), end in zip(self.phases, ends, strict=True) if name in names]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """The result of a run."""
+
+    metrics: dict[str, Scalar]
+    """What could be measured of ``metrics.json``."""
+    series: RunSeries
+    """Over time."""
+    removal: RemovalField
+    """Over the mould."""
+    trace: Array
+    """Contact points in the mould's frame [m], (N, 3)."""
+
+
+def evaluate(
+    log: RunLog, truth: Truth, mould: Mould, grid: DistanceGrid, recipe: Recipe, tool: PolishingTool
+) -> Evaluation:
+    """Judge a run by the true contact, at every physics step."""
+    t, force = truth.force()
+    cycle_t = np.asarray(truth.time)
+    steps = np.diff(np.concatenate([[0], np.asarray(truth.cycle_step, dtype=np.int64)]))
+
+    def held(values: Array) -> Array:
+        """A value a cycle, at every physics step of that cycle."""
+        return np.repeat(values, steps)
+
+    # The loop's row k was read at the end of cycle k − 1 and is what cycle k works on.
+    row = np.clip(np.searchsorted(np.asarray(log.t), cycle_t, side="left") - 1, 0, None)
+    feed, wanted = np.asarray(log.feed)[row], np.asarray(log.wanted)[row]
+    tilt = truth.tilt()
+    series = RunSeries(
+        t=t,
+        force=force,
+        force_set=held(wanted),
+        tilt=held(tilt),
+        speed=held(np.where(np.isfinite(tilt), truth.slip, np.nan)),
+        feed=held(np.where(wanted > 0.0, feed, np.nan)),
+        force_measured=held(np.asarray(log.measured)[row]),
+        phases=tuple(log.phases),
+    )
+    removal, judged = _removal(truth, mould, grid, recipe, tool)
+    metrics: dict[str, Scalar] = dict(_pass_figures(log, series, recipe))
+    metrics |= {
+        "coverage_pct": judged.covered_pct,
+        "overpolished_pct": judged.overpolished_pct,
+        "removal_cv_pct": judged.cv_pct,
+        "removal_mean_um": 1e6 * judged.mean,
+    }
+    points = np.asarray(truth.point)
+    return Evaluation(metrics=metrics, series=series, removal=removal, trace=points[np.isfinite(points[:, 0])])
+
+
+def _pass_figures(log: RunLog, series: RunSeries, recipe: Recipe) -> dict[str, float]:
+    """Force, tilt and feed; nothing when no stroke got past its first second."""
+    t = series.t
+    scored = np.zeros(len(t), dtype=bool)
+    for k, (start, end) in enumerate(log.spans("pass")):
+        first = start + SETTLE + (FIRST_SECOND if k else 0.0)
+        scored |= (t >= first) & (t < end)
+    touched = np.zeros(len(t), dtype=bool)
+    for start, end in log.spans("touch", "approach"):
+        touched |= (t >= start) & (t < end + AFTER_TOUCH)
+    if not scored.any() or t[scored][-1] - t[scored][0] <= FIRST_SECOND:
+        return {}
+    tilt = series.tilt[scored]
+    figures = pass_metrics(
+        PassSeries(
+            t=t[scored],
+            force=series.force[scored],
+            # Where contact is lost there is no normal; the last one stands.
+            tilt=_filled(tilt),
+            speed=np.nan_to_num(series.speed[scored]),
+            feed=np.maximum(np.nan_to_num(series.feed[scored]), 1e-4),
+            force_set=recipe.force,
+            feed_set=recipe.feed,
+        ),
+        series.force[touched],
+    )
+    return figures.as_dict()
+
+
+def _removal(
+    truth: Truth, mould: Mould, grid: DistanceGrid, recipe: Recipe, tool: PolishingTool
+) -> tuple[RemovalField, Coverage]:
+    """Preston's depth at every vertex, from the true contact of every cycle, and what it covers."""
+    law = Removal(coefficient=PRESTON, tip_radius=tool.tip_radius, modulus=tool.modulus)
+    surface = WorkingSurface.of(mould, law.edge(recipe.force))
+    points, normals = np.asarray(truth.point), np.asarray(truth.normal)
+    touching = np.isfinite(points[:, 0])
+    depth = law.depth(
+        surface,
+        contacts=points[touching],
+        normals=normals[touching],
+        force=truth.cycle_force()[touching],
+        speed=np.asarray(truth.slip)[touching],
+        dt=np.diff(np.concatenate([[0.0], truth.time]))[touching],
+    )
+    reach = Reach(
+        grid=grid,
+        border=Border.of(mould, STEEPEST),
+        tip_radius=tool.tip_radius,
+        margin=EDGE_BAND,
+        max_slope=STEEPEST,
+    )
+    mask: NDArray[np.bool_] = workable(surface, reach)
+    # Preston over parallel tracks, rubbing at the speed of the feed: h = k F v/(feed step) with v = feed.
+    target = PRESTON * recipe.force / recommended_step(recipe.force, tool.tip_radius, 0.0, tool.modulus)
+    field_ = RemovalField(vertices=surface.vertices, faces=surface.faces, removal=depth, evaluated=mask, target=target)
+    return field_, coverage(depth, target, surface.areas, mask)
+
+
+def _filled(values: Array) -> Array:
+    """NaN replaced by the last number before it, or by the first one."""
+    good = np.isfinite(values)
+    last = np.maximum.accumulate(np.where(good, np.arange(len(values)), -1))
+    first = int(np.argmax(good)) if good.any() else 0
+    return np.asarray(values[np.where(last < 0, first, last)])
