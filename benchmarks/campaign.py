@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -245,7 +246,12 @@ class Campaign:
         draft.mkdir(parents=True)
         with (draft / "log.txt").open("w") as log:
             status = subprocess.run(
-                case.command(seed, draft), cwd=ROOT, stdout=log, stderr=subprocess.STDOUT, check=False
+                case.command(seed, draft.absolute()),
+                cwd=ROOT,
+                env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                check=False,
             ).returncode
         if status not in (DONE, STOPPED) or not (draft / "metrics.json").exists():
             return
@@ -294,11 +300,14 @@ def markdown(rows: Sequence[Row], about: Mapping[str, Any], seeds: Sequence[int]
     """The result as a page."""
     missed = sum(row.verdict == "missed" for row in rows)
     versions = ", ".join(f"{name} {value}" for name, value in about.items() if name not in ("date", "cores", "source"))
+    summary = (
+        f"All simulated; the worst of seeds {', '.join(map(str, seeds))} (the ideal arm draws nothing: once), "
+        f"{FORCE:g} N, by the true contact force. {missed} of {sum(row.verdict != '-' for row in rows)} goals missed."
+    )
     lines = [
         "# Polishing: goals and what was reached",
         "",
-        f"All simulated; the worst of seeds {', '.join(map(str, seeds))} (the ideal arm draws nothing and is run once), "
-        f"{FORCE:g} N, by the true contact force. {missed} of {sum(row.verdict != '-' for row in rows)} goals missed.",
+        summary,
         "",
         *([warning, ""] if warning else []),
         markdown_table(HEAD, [row.cells() for row in rows]),

@@ -1,7 +1,4 @@
-"""What the benchmarks share: one BLAS thread, plain tables, results with their versions, and pieces of a tool path.
-
-Import this before NumPy.
-"""
+"""What the benchmarks share: plain tables, results with the versions that made them, and pieces of a tool path."""
 
 from __future__ import annotations
 
@@ -15,13 +12,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-# Before NumPy is loaded: BLAS reads its threads then, and one core is what is measured.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ.setdefault("OMP_NUM_THREADS", "1")
+import numpy as np
 
-import numpy as np  # noqa: E402
-
-from burnish.polish.stroke import Stroke  # noqa: E402
+from burnish.polish.stroke import Stroke
 
 PACKAGES = ("burnish", "mujoco", "pin", "numpy", "scipy")
 SHORTEST = 40

@@ -46,7 +46,7 @@ def test_nearby_pose_is_reached_nearby(jaco2: Model) -> None:
         p_d, R_d = p + rng.uniform(-0.02, 0.02, 3), exp(rng.uniform(-0.1, 0.1, 3)) @ R
         q = inverse(jaco2, p_d, R_d, [HOME])
         assert_there(jaco2, q, p_d, R_d)
-        # 35 mm and 0.17 rad need less than half a radian in the middle of the work space; another branch is radians away.
+        # 35 mm and 0.17 rad need less than half a radian in mid-air; another branch is radians away.
         assert np.abs(q - HOME).max() < 0.7
 
 

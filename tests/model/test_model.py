@@ -304,14 +304,14 @@ def test_coriolis_torque_conserves_energy(name: str) -> None:
 
 def test_missing_tool_frame_is_answered_with_those_that_exist() -> None:
     with pytest.raises(
-        DescriptionError, match="'gripper' does not exist in jaco2; it has: .*link_6.*end_effector"
+        DescriptionError, match=r"'gripper' does not exist in jaco2; it has: .*link_6.*end_effector"
     ) as refusal:
         Model.from_urdf(JACO2_URDF, tool="gripper")
     assert "universe" not in str(refusal.value)
 
 
 def test_state_of_another_arm_is_refused() -> None:
-    with pytest.raises(InputError, match="7 joints.*has 6"):
+    with pytest.raises(InputError, match=r"7 joints.*has 6"):
         Model.jaco2().at(State(t=0.0, q=np.zeros(7), dq=np.zeros(7)))
 
 
@@ -319,12 +319,12 @@ def test_state_of_another_arm_is_refused() -> None:
 def test_file_that_is_no_description_is_refused_by_its_path(tmp_path: Path, text: str) -> None:
     path = tmp_path / "wrong.urdf"
     path.write_text(text)
-    with pytest.raises(DescriptionError, match="wrong.urdf"):
+    with pytest.raises(DescriptionError, match=r"wrong\.urdf"):
         Model.from_urdf(path, tool="tool0")
 
 
 def test_missing_file_is_refused_by_its_path(tmp_path: Path) -> None:
-    with pytest.raises(DescriptionError, match="nowhere.urdf"):
+    with pytest.raises(DescriptionError, match=r"nowhere\.urdf"):
         Model.from_urdf(tmp_path / "nowhere.urdf", tool="tool0")
 
 

@@ -40,7 +40,7 @@ def test_smooth_mould_is_one_stroke(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "tip_radius"),
-    [("plate", TIP), ("dome", TIP), ("wave", TIP), ("mould", TIP), ("wave", 0.025), ("mould", 0.025)],
+    [("plate", TIP), ("dome", TIP), ("wave", TIP), ("mould", TIP), ("wave", 0.025)],
 )
 def test_tip_touches_and_never_gouges(name: str, tip_radius: float) -> None:
     points, normals = all_points(name, tip_radius)
@@ -156,7 +156,7 @@ def test_path_follows_the_fillet_to_the_limit() -> None:
 def test_larger_margin_and_smaller_slope_leave_less() -> None:
     def length(margin: float, slope_deg: float) -> float:
         strokes = raster(
-            mould("dome"), grid("dome"), tip_radius=TIP, step=6e-3, feed=0.02, force=10.0, margin=margin,
+            mould("dome"), grid("dome"), tip_radius=TIP, step=10e-3, feed=0.02, force=10.0, margin=margin,
             max_slope=np.deg2rad(slope_deg),
         )  # fmt: skip
         return sum(stroke.length for stroke in strokes)

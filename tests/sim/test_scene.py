@@ -106,7 +106,9 @@ def test_two_engines_see_the_same_arm_with_gears() -> None:
 @pytest.fixture
 def displaced() -> tuple[Scene, Array, Array]:
     """A scene with a mould that stands askew and not where it was drawn; and where it really stands."""
-    plant = replace(Plant.ideal(), mould_shift=np.array([1e-3, -2e-3, 1.5e-3]), mould_turn=np.array([0.02, -0.03, 0.01]))
+    plant = replace(
+        Plant.ideal(), mould_shift=np.array([1e-3, -2e-3, 1.5e-3]), mould_turn=np.array([0.02, -0.03, 0.01])
+    )
     grid = DistanceGrid(origin=np.zeros(3), spacing=0.1, values=np.ones((2, 2, 2)))
     p, R = np.array([0.3, -0.4, 0.1]), exp(np.array([0.2, 0.1, 0.7]))
     return build(TOOL, plant, Workpiece(grid=grid, p=p, R=R)), p + plant.mould_shift, exp(plant.mould_turn) @ R

@@ -34,7 +34,7 @@ def nodes(field: DistanceGrid, count: int) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("name", bundled.NAMES)
 def test_nodes_hold_the_distance_to_the_nearest_of_all_triangles(name: str) -> None:
-    points, values = nodes(grid(name), 600)
+    points, values = nodes(grid(name), 400)
     exact = distance_by_brute_force(mould(name), points)
     error = np.abs(np.abs(values) - exact)[values > -2e-3]
     # A neighbour of the nearest triangle is taken now and then; far from the work, beside the walls, it shows.

@@ -41,11 +41,11 @@ class ForceMotion:
     """K_i/K_p of the position [1/s]."""
     orientation_integral: float = 0.5
     """K_i/K_p of the orientation [1/s]."""
-    force_gain: float = 0.0
+    force_gain: float = 0.1
     """k_f: proportional force feedback, dimensionless."""
     force_integral: float = 8.0
     """k_i: integral force feedback [1/s]."""
-    normal_damping: float = 250.0
+    normal_damping: float = 260.0
     """D_n [N·s/m], against motion along the normal that the path does not ask for."""
     integral_force: float = 6.0
     """Bound of the force integral's share [N]."""
@@ -108,6 +108,8 @@ class ForceMotion:
             c, press = self._press(float(n @ arm.F[:3]), reference.force, dt)
             a[:3] -= self._seek(c, dt) * n
             drift = float(n @ slip[:3])
+            # What the surface holds is not for the integral to gather: the normal turns along the path.
+            self._integral[:3] -= c * n * float(n @ self._integral[:3])
             # Along n nothing is asked by position, but for the path's own acceleration and what is left of c.
             a[:3] -= c * n * float(n @ (a[:3] - reference.a[:3]))
             wrench[:3] = n * (c * (self.normal_damping * drift - press)) + c * self._drag(n, reference)

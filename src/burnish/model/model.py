@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from burnish.core import Array, Dynamics, State, read_only
 from burnish.errors import DescriptionError, InputError
+from burnish.model.description import check_description
 from burnish.model.friction import Friction
 
 JACO2_URDF = Path(str(files("burnish") / "assets" / "jaco2.urdf"))
@@ -62,13 +64,20 @@ class Model:
             tool: name of the link or frame that is the tool.
 
         Raises:
-            DescriptionError: if the file is missing, is not a URDF, or has no such tool frame.
+            DescriptionError: if the file is missing, is not a URDF, describes what no arm can be, or has no such tool.
         """
-        try:
-            engine = pin.buildModelFromUrdf(str(path))
-        except (ValueError, RuntimeError) as error:
-            raise DescriptionError(f"{path} cannot be read as a URDF: {str(error).splitlines()[0]}") from error
-        return cls(_with_plain_angles(engine), tool)
+        check_description(Path(path), tool)
+        return cls(_with_plain_angles(_read(pin.buildModelFromUrdf, path)), tool)
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path, tool: str) -> Model:
+        """Read a fixed-base serial arm from a MuJoCo XML file; ``tool`` is a body or a site of it.
+
+        Raises:
+            DescriptionError: as `from_urdf`.
+        """
+        check_description(Path(path), tool)
+        return cls(_with_plain_angles(_read(pin.buildModelFromMJCF, path)), tool)
 
     def with_armature(self, armature: ArrayLike) -> Model:
         """A model whose M contains this reflected rotor inertia, (n,) or one number for all [kg·m²]."""
@@ -116,7 +125,8 @@ class Model:
         engine, data = self._engine, self._data
         pin.computeAllTerms(engine, data, state.q, state.dq)
         tool = pin.updateFramePlacement(engine, data, self._tool)
-        J = pin.getFrameJacobian(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED)
+        # One joint alone gives a vector.
+        J = pin.getFrameJacobian(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED).reshape(6, self.n)
         dJdq = pin.getFrameClassicalAcceleration(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED)
         # The engine fills the upper triangle only.
         M = data.M.copy()
@@ -150,6 +160,14 @@ class Model:
             frame.name: np.array(placement.homogeneous)
             for frame, placement in zip(self._engine.frames, self._data.oMf, strict=True)
         }
+
+
+def _read(reader: Callable[[str], pin.Model], path: str | Path) -> pin.Model:
+    """A description through the engine's reader, its complaints as ours."""
+    try:
+        return reader(str(path))
+    except (ValueError, RuntimeError) as error:
+        raise DescriptionError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
 
 
 def _with_plain_angles(engine: pin.Model) -> pin.Model:

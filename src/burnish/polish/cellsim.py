@@ -121,7 +121,7 @@ def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointF
     T is the delay, half a period of holding, half of differencing positions, and the sensor's filter.
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
-    omega = min(40.0, 0.31 / dead)
+    omega = min(40.0, 0.29 / dead)
     return ForceMotion(
         position_frequency=omega,
         orientation_frequency=omega,

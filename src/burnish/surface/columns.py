@@ -19,8 +19,8 @@ _ASIDE = np.array([0.737, 0.419]) * 1e-3
 """Offset of the rays from the columns, in spacings: the corners of made-up surfaces like to lie exactly on
 the columns, where a ray could miss both neighbours or hit both. It costs a thousandth of a spacing."""
 
-MOST_PAIRS = 100_000_000
-"""Pairs of a triangle and a column under its bounding box that are tried at all: some ten seconds. A part of half a
+MOST_PAIRS = 20_000_000
+"""Pairs of a triangle and a column under its bounding box that are tried at all: some seconds. A part of half a
 million small triangles has a few million of them; a heap of triangles from end to end has no end."""
 
 _PAIRS = 1 << 20

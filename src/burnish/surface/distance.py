@@ -66,6 +66,7 @@ class DistanceGrid:
 
         Raises:
             InputError: a length is not positive.
+            MouldError: the triangles lie over each other by the thousand.
         """
         if not all(0.0 < length < np.inf for length in (spacing, above, below, aside)):
             raise InputError(f"DistanceGrid: {spacing=}, {above=}, {below=}, {aside=}; expected positive lengths [m]")
@@ -81,9 +82,10 @@ class DistanceGrid:
             )
         cells = np.ceil((high - low) / (STRIDE * spacing) - 1e-6).astype(np.int64)
         origin = low - (STRIDE * spacing * cells - (high - low)) / 2.0 * [1.0, 1.0, 0.0]
+        solid = inside(mould.vertices, mould.faces, origin, spacing, tuple(STRIDE * cells + 1))
         vertices, faces = _solid(mould, floor - below)
         values = distances(Nearest(vertices, faces, spacing), origin, spacing, cells)
-        values[inside(mould.vertices, mould.faces, origin, spacing, values.shape)] *= -1.0
+        values[solid] *= -1.0
         return cls(origin=read_only(origin), spacing=spacing, values=read_only(values))
 
     @cached_property
