@@ -320,10 +320,11 @@ def test_command_that_is_not_a_number_is_refused() -> None:
         robot.write(Torque(np.array([0.0, 0.0, np.nan, 0.0, 0.0, 0.0])))
 
 
-def test_infinite_command_is_clamped_as_any_other_that_is_too_large() -> None:
+def test_infinite_command_is_refused() -> None:
     robot = SimRobot()
     robot.read()
-    assert_allclose(robot.write(Torque(np.array([np.inf, -np.inf, 0.0, 0.0, 0.0, 0.0])))[:2], [30.5, -30.5])
+    with pytest.raises(InputError, match="not finite"):
+        robot.write(Torque(np.array([np.inf, -np.inf, 0.0, 0.0, 0.0, 0.0])))
 
 
 @pytest.mark.parametrize("rate", [0.0, 19.9, 2000.1, np.nan])

@@ -111,7 +111,7 @@ class ForceMotion:
             # What the surface holds is not for the integral to gather: the normal turns along the path.
             self._integral[:3] -= c * n * float(n @ self._integral[:3])
             # Along n nothing is asked by position, but for the path's own acceleration and what is left of c.
-            a[:3] -= c * n * float(n @ (a[:3] - reference.a[:3]))
+            a[:3] -= c * n * float(n @ (a[:3] - reference.a[:3] + arm.dJdq[:3]))
             wrench[:3] = n * (c * (self.normal_damping * drift - press)) + c * self._drag(n, reference)
         tau = arm.J.T @ (arm.Lambda @ a + wrench) + arm.h + arm.g
         if self.friction is not None:

@@ -27,16 +27,21 @@ def solve(model: Model, p: Array, R: Array, q: Array, iterations: int = 60) -> t
     """
     q = np.clip(q, model.lower, model.upper)
     for _ in range(iterations):
-        p_now, R_now, J = model.kinematics(q)
-        e = np.concatenate([p - p_now, log(R @ R_now.T)])
-        position, rotation = float(np.linalg.norm(e[:3])), float(np.linalg.norm(e[3:]))
+        (e, J), position, rotation = _error(model, p, R, q)
         if position < 0.1 * POSITION_TOLERANCE and rotation < 0.1 * ROTATION_TOLERANCE:
-            break
+            return q, position, rotation
         damping = 1e-6 + 0.02 * float(e @ e)
         step = J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), e)
         size = float(np.abs(step).max())
         q = np.clip(q + step * min(1.0, 0.5 / max(size, 1e-12)), model.lower, model.upper)
-    return q, position, rotation
+    return q, *_error(model, p, R, q)[1:]
+
+
+def _error(model: Model, p: Array, R: Array, q: Array) -> tuple[tuple[Array, Array], float, float]:
+    """Pose error and Jacobian at ``q``, and how large the error is [m], [rad]."""
+    p_now, R_now, J = model.kinematics(q)
+    e = np.concatenate([p - p_now, log(R @ R_now.T)])
+    return (e, J), float(np.linalg.norm(e[:3])), float(np.linalg.norm(e[3:]))
 
 
 def inverse(model: Model, p: Array, R: Array, seeds: Iterable[Array]) -> Array:

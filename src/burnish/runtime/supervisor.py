@@ -9,7 +9,13 @@ import numpy as np
 
 from burnish.core import Array, Dynamics, read_only
 from burnish.errors import InputError
+from burnish.inverse import damped_spd_inverse
 from burnish.model.model import Model
+
+SHORTEST = 1e-4
+"""Shortest time step that the rate clamp believes in [s]."""
+SINGULAR = 1e-3
+"""Smallest eigenvalue of J Jᵀ below which the way back is damped."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,9 +74,11 @@ class Event:
 class Supervisor:
     """Checks every state and every torque between the law and the robot.
 
-    Order: finite state → joint speed → tool force → finite torque → absolute clamp → rate clamp. A trip latches:
-    from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint positions of that instant;
-    after too much tool force q₀ lies a little way back along the force. No exception leaves it, nothing resets it.
+    Order: finite state and clock → joint speed → tool force → finite torque → absolute clamp → rate clamp.
+
+    A trip latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint positions of
+    that instant; after too much tool force q₀ lies a little way back along the force. No exception leaves it, nothing
+    resets it.
     """
 
     limits: Limits
@@ -79,6 +87,7 @@ class Supervisor:
     clamped: int = field(default=0, init=False)
     """Cycles in which a torque was clamped."""
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
+    _seen: Array | None = field(default=None, init=False, repr=False)
     _last: Array | None = field(default=None, init=False, repr=False)
     _t: float = field(default=-inf, init=False, repr=False)
 
@@ -91,7 +100,9 @@ class Supervisor:
         """The torque that may be sent [N·m], (n,)."""
         if self.event is None:
             cause = self._cause(arm, torque)
-            if cause is not None:
+            if cause is None:
+                self._seen = arm.q
+            else:
                 self._trip(arm, cause)
         if self.event is not None:
             torque = self._safe(arm)
@@ -99,7 +110,7 @@ class Supervisor:
 
     def _cause(self, arm: Dynamics, torque: Array) -> str | None:
         limits = self.limits
-        if not (_finite(arm.q) and _finite(arm.dq)):
+        if not (isfinite(arm.t) and _finite(arm.q) and _finite(arm.dq)):
             return "the measured state is not finite"
         share = np.abs(arm.dq) / limits.speed
         if share.max() > 1.0:
@@ -115,20 +126,32 @@ class Supervisor:
 
     def _trip(self, arm: Dynamics, cause: str) -> None:
         self.event = Event(t=arm.t, cause=cause)
-        q = np.where(np.isfinite(arm.q), arm.q, 0.0)
-        self._hold = q
-        if arm.F is not None and np.isfinite(arm.F).all() and np.isfinite(arm.q).all():
-            force = arm.F[:3]
-            size = float(np.linalg.norm(force))
-            if size > self.limits.tool_force:
-                back = np.concatenate([self.limits.retreat * force / size, np.zeros(3)])
-                self._hold = q + arm.J_bar @ back
+        if _finite(arm.q):
+            self._hold = arm.q + self._way_back(arm)
+        elif self._seen is not None:
+            self._hold = self._seen
+
+    def _way_back(self, arm: Dynamics) -> Array:
+        """Joint motion that takes the tool off along too large a contact force [rad], (n,); else none."""
+        if arm.F is None or not _finite(arm.F) or not _finite(arm.J.ravel()):
+            return np.zeros(len(arm.q))
+        force = arm.F[:3]
+        size = sqrt(float(force @ force))
+        if size <= self.limits.tool_force:
+            return np.zeros(len(arm.q))
+        back = np.concatenate([self.limits.retreat * force / size, np.zeros(3)])
+        # Not by Λ: this must work with whatever mass matrix there is.
+        return np.asarray(arm.J.T @ (damped_spd_inverse(arm.J @ arm.J.T, SINGULAR) @ back))
 
     def _safe(self, arm: Dynamics) -> Array:
         limits = self.limits
-        safe = arm.g - limits.damping * arm.dq + limits.stiffness * (self._hold - arm.q)
-        if np.isfinite(safe).all():
-            return np.asarray(safe)
+        if len(self._hold) != len(arm.q) and _finite(arm.q):
+            # Tripped before anything was seen: hold the first position that can be believed.
+            self._hold = arm.q
+        if len(self._hold) == len(arm.q):
+            safe = arm.g - limits.damping * arm.dq + limits.stiffness * (self._hold - arm.q)
+            if _finite(safe):
+                return np.asarray(safe)
         # The state itself is broken: the last torque that was sent is the best guess of the arm's weight.
         return np.zeros(len(limits.torque)) if self._last is None else self._last
 
@@ -136,11 +159,15 @@ class Supervisor:
         limits = self.limits
         sent = np.minimum(np.maximum(torque, -limits.torque), limits.torque)
         if self._last is not None:
-            step = limits.torque_rate * max(arm.t - self._t, 1e-4)
+            # A clock that stands, or is no number, allows what the shortest period would.
+            period = arm.t - self._t if isfinite(arm.t) and isfinite(self._t) else 0.0
+            step = limits.torque_rate * max(period, SHORTEST)
             sent = np.minimum(np.maximum(sent, self._last - step), self._last + step)
         if (sent != torque).any():
             self.clamped += 1
-        self._last, self._t = sent, arm.t
+        self._last = sent
+        if isfinite(arm.t):
+            self._t = arm.t
         return np.asarray(sent)
 
 

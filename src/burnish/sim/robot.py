@@ -53,7 +53,7 @@ class SimRobot:
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[: self._n] = q
-        self._limit = np.array([30.5] * 3 + [6.8] * 3)
+        self._limit = scene.effort_limit
         self.period = 1.0 / rate
         self.late_cycles = 0
         self._read_at = 0.0
@@ -104,9 +104,9 @@ class SimRobot:
 
     def write(self, command: Command) -> Array:
         """Send a torque; it acts after the plant's delay. Returns the torque after the driver's last clamp [N·m]."""
-        tau = np.clip(command.tau, -self._limit, self._limit)
-        if not np.all(np.isfinite(tau)):
+        if not np.all(np.isfinite(command.tau)):
             raise InputError(f"torque command {command.tau} is not finite; the driver does not send it")
+        tau = np.clip(command.tau, -self._limit, self._limit)
         # Simulated time waits for the controller; a real arm would not.
         self.late_cycles += perf_counter() - self._read_at > self.period
         late = self._plant.delay

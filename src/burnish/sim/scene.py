@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,10 @@ from burnish.model.tool import PolishingTool
 from burnish.rotation import exp, quaternion
 from burnish.sim.plant import Plant
 from burnish.surface import DistanceGrid
+
+logger = logging.getLogger(__name__)
+# The engine would write MUJOCO_LOG.TXT into the user's folder.
+mujoco.set_mju_user_warning(logger.warning)
 
 TIMESTEP = 0.5e-3
 """Physics step [s]: a 50 g tip between its spring and the felt rings at 240 Hz, eight steps a period."""
@@ -35,6 +40,8 @@ class Scene:
     """Body of the felt tip; its frame's origin is the tip's centre."""
     tool: int
     """Body of the tool; its frame is the wrist sensor's."""
+    effort_limit: Array
+    """Largest joint torques of the description [N·m], (n,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +92,7 @@ def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Sce
         base.quat = quaternion(R.T).tolist()
         spec.option.gravity = (R.T @ GRAVITY).tolist()
     model = spec.compile()
+    effort = model.jnt_actfrcrange[:n, 1].copy()
     model.dof_armature[:n] = plant.armature
     model.dof_damping[:n] = plant.friction.viscous
     model.dof_frictionloss[:n] = plant.friction.coulomb
@@ -94,7 +102,7 @@ def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Sce
         model.body_mass[ids] *= scale
         model.body_inertia[ids] *= scale
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    return Scene(model=model, n=n, tip=model.body("tip").id, tool=model.body("tool").id)
+    return Scene(model=model, n=n, tip=model.body("tip").id, tool=model.body("tool").id, effort_limit=effort)
 
 
 def _inertial(body: Any, mass: float, com: tuple[float, float, float], inertia: np.ndarray[Any, Any]) -> None:

@@ -8,7 +8,7 @@ from math import sqrt
 import numpy as np
 
 from burnish.core import Array, Dynamics, ToolReference
-from burnish.errors import InputError
+from burnish.errors import InputError, PlanError
 
 
 def tool_rotations(normals: Array, R0: Array) -> Array:
@@ -95,6 +95,10 @@ def time_path(
         R0: tool rotation about which the tool turns least, (3, 3).
         acceleration: bound of the tangential and of the centripetal acceleration [m/s²].
         dt: time between the nodes of the result [s].
+
+    Raises:
+        PlanError: if the surface turns the tool too fast for the wrist over most of the path.
+        InputError: if the points are no path.
     """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     if len(points) < 3 or np.any(steps < 1e-9):
@@ -168,6 +172,8 @@ ZERO6 = np.zeros(6)
 
 TURN_RATE = 0.3
 """Largest angular speed of the tool on a path [rad/s]: over a fillet the wrist sets the pace, not the feed."""
+SLOWEST = 0.67
+"""Share of the feed, on the mean, below which a path is refused instead of slowed: a crest or a fillet may be."""
 START_ACCELERATION = 0.02
 """From rest and to rest [m/s²]: stuck joints break away one after the other, and slowly is gently."""
 
@@ -178,7 +184,15 @@ def _speed(points: Array, normals: Array, s: Array, feed: Array, acceleration: f
     curvature = np.linalg.norm(np.gradient(tangent, s, axis=0), axis=1)
     speed = np.minimum(feed, np.sqrt(acceleration / np.maximum(curvature, 1e-9)))
     turn = np.linalg.norm(np.gradient(normals, s, axis=0), axis=1)
-    speed = np.minimum(speed, TURN_RATE / np.maximum(turn, 1e-9))
+    turning = np.minimum(feed, TURN_RATE / np.maximum(turn, 1e-9))
+    share = float(np.trapezoid(1.0 / feed, s) / np.trapezoid(1.0 / turning, s))
+    if share < SLOWEST:
+        raise PlanError(
+            f"the path needs more joint speed than the arm has: over this surface the wrist can follow "
+            f"{100 * share:.0f} % of the feed; expected at least {100 * SLOWEST:.0f} %. "
+            f"Lower the feed to {1e3 * share * float(np.mean(feed)):.0f} mm/s"
+        )
+    speed = np.minimum(speed, turning)
     # A path in arc length cannot leave rest at speed 0: 1 mm/s is as good.
     speed = np.minimum(speed, 1e-3 + np.sqrt(2.0 * START_ACCELERATION * np.minimum(s, s[-1] - s)))
     steps = np.diff(s)

@@ -1,0 +1,164 @@
+"""The job in closed loop on the honest arm: force, tilt, stops and failures, judged by the true contact."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from burnish.model.tool import PolishingTool
+from burnish.polish.cellsim import JointFelt, WristFelt, simulated_job
+from burnish.polish.process import SETTLE, Job
+from burnish.polish.stroke import Stroke
+from burnish.sim import arms
+from burnish.sim.arms import Arm
+from burnish.sim.robot import SimRobot
+from burnish.surface import DistanceGrid
+
+RADIUS = 0.15
+TOOL = PolishingTool()
+
+
+@cache
+def dome() -> DistanceGrid:
+    """Exact distance to a ball of 150 mm at 1 mm nodes, its top at 30 mm, wide enough for a mould that slid."""
+    return ball_with_step(0.0)
+
+
+@cache
+def ball_with_step(step: float) -> DistanceGrid:
+    """The same with a ridge across, ``step`` high, at x = 12 mm, where no touch looks."""
+    axis = np.arange(-0.05, 0.0501, 1e-3)
+    z = np.arange(-0.01, 0.0801, 1e-3)
+    X, Y, Z = np.meshgrid(axis, axis, z, indexing="ij")
+    top = 0.03 + step * np.clip(1.0 - np.abs(X - 0.012) / 0.005, 0.0, 1.0)
+    values = np.sqrt(X**2 + Y**2 + (Z - top + RADIUS) ** 2) - RADIUS
+    return DistanceGrid(origin=np.array([-0.05, -0.05, -0.01]), spacing=1e-3, values=values)
+
+
+def three_lines(force: float = 10.0) -> list[Stroke]:
+    """Three parallel lines of 50 mm over the ball, joined by half circles."""
+    half, gap = 0.025, 2.4e-3
+    parts = []
+    for k, y in enumerate((-gap, 0.0, gap)):
+        x = np.arange(-half, half + 1e-9, 1e-3)[:: 1 if k % 2 == 0 else -1]
+        parts.append(np.column_stack([x, np.full_like(x, y)]))
+        if k < 2:
+            angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 7)[1:-1]
+            side = 1.0 if k % 2 == 0 else -1.0
+            bend = (side * (half + 0.5 * gap * np.cos(angle)), y + 0.5 * gap * (1.0 + np.sin(angle)))
+            parts.append(np.column_stack(bend))
+    xy = np.concatenate(parts)
+    n = np.column_stack([xy, np.sqrt(RADIUS**2 - (xy**2).sum(axis=1))]) / RADIUS
+    points = RADIUS * n + [0.0, 0.0, 0.03 - RADIUS]
+    return [Stroke(points=points, normals=n, feed=np.full(len(n), 0.02), force=np.full(len(n), force))]
+
+
+def job_on(
+    arm: Arm, felt: WristFelt | JointFelt | None = None, real: DistanceGrid | None = None
+) -> tuple[Job, SimRobot, list[tuple[float, str]]]:
+    phases: list[tuple[float, str]] = []
+    job, robot = simulated_job(
+        dome(),
+        three_lines(),
+        arm,
+        rate=arm.rate,
+        felt=WristFelt() if felt is None else felt,
+        tool=TOOL,
+        on_phase=lambda phase: phases.append((robot.time, phase)),
+        real_grid=real,
+    )
+    return job, robot, phases
+
+
+def span(phases: list[tuple[float, str]], name: str) -> tuple[float, float]:
+    k = next(i for i, (_, phase) in enumerate(phases) if phase == name)
+    return phases[k][0], phases[k + 1][0]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_honest_arm_holds_force_and_tilt_on_the_dome(seed: int) -> None:
+    job, robot, phases = job_on(arms.honest(seed))
+    for _ in job.run():
+        pass
+    assert job.failure is None
+    assert not job.rig.supervisor.tripped
+    start, end = span(phases, "pass")
+    t, force = robot.truth.force()
+    scored = force[(t > start + SETTLE + 1.0) & (t < end)]
+    tilt = np.degrees(robot.truth.tilt()[(np.array(robot.truth.time) > start + SETTLE + 1.0)
+                                         & (np.array(robot.truth.time) < end)])  # fmt: skip
+    # The goals of the full job; this short one stays well inside them.
+    assert np.sqrt(np.mean((scored - 10.0) ** 2)) < 0.5
+    assert np.percentile(np.abs(scored - 10.0), 99) < 2.0
+    assert np.mean(scored < 0.2) == 0.0
+    assert np.sqrt(np.mean(tilt**2)) < 1.0
+    assert tilt.max() < 3.0
+    assert force[t < start].max() < 3.0
+    # The arm is home and at rest.
+    assert np.abs(job.rig.arm.dq).max() < np.deg2rad(1.0)
+
+
+def test_ideal_arm_holds_the_force_within_a_twentieth_of_a_newton() -> None:
+    job, robot, phases = job_on(arms.ideal(0))
+    for _ in job.run():
+        pass
+    start, end = span(phases, "pass")
+    t, force = robot.truth.force()
+    scored = force[(t > start + SETTLE + 1.0) & (t < end)]
+    assert np.sqrt(np.mean((scored - 10.0) ** 2)) < 0.05
+
+
+def test_joint_torques_feel_the_mould_without_a_false_touch() -> None:
+    job, robot, phases = job_on(arms.honest(3), JointFelt())
+    for _ in job.run():
+        if job.phase == "pass":
+            break
+    assert job.failure is None
+    t, force = robot.truth.force()
+    for start, end in _touches(phases):
+        # Each touch ended because the mould was there, not in mid-air.
+        assert force[(t > start) & (t < end + 0.02)].max() > 0.3
+
+
+def _touches(phases: list[tuple[float, str]]) -> list[tuple[float, float]]:
+    ends = [start for start, _ in phases[1:]]
+    return [(start, end) for (start, name), end in zip(phases, ends, strict=False) if name == "touch"]
+
+
+def test_hidden_ridge_trips_the_supervisor_and_the_tool_is_off_within_50_ms() -> None:
+    # 6 mm of steel that no plan knows: the tip runs into it at 20 mm/s.
+    job, robot, _ = job_on(arms.honest(1), real=ball_with_step(6e-3))
+    for _ in job.run():
+        pass
+    event = job.rig.supervisor.event
+    assert event is not None, job.failure
+    assert "tool force" in event.cause
+    t, force = robot.truth.force()
+    at_trip = force[np.searchsorted(t, event.t)]
+    soon = force[(t > event.t + 0.05) & (t < event.t + 0.06)]
+    assert soon.max() < at_trip
+    assert force[t > event.t + 0.5].max() < 1.0, "the tool has left the surface"
+
+
+def test_missing_mould_ends_the_job_with_a_sentence() -> None:
+    nothing = DistanceGrid(origin=np.array([-0.05, -0.05, -0.01]), spacing=0.05, values=np.full((3, 3, 3), 0.5))
+    job, _, _ = job_on(arms.honest(1), real=nothing)
+    for _ in job.run():
+        pass
+    assert job.failure is not None
+    assert "nothing was touched" in job.failure
+    assert np.abs(job.rig.arm.dq).max() < np.deg2rad(1.0)
+
+
+def test_interrupt_lifts_the_tool_and_brings_the_arm_to_rest() -> None:
+    job, robot, phases = job_on(arms.honest(1))
+    for k, _ in enumerate(job.run()):
+        if job.phase == "pass" and k % 100 == 0:
+            job.interrupt()
+    assert job.interrupted
+    assert phases[-1][1] == "rest"
+    _, force = robot.truth.force()
+    assert force[-200:].max() == 0.0
+    assert np.abs(job.rig.arm.dq).max() < np.deg2rad(1.0)
