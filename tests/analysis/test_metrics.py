@@ -18,6 +18,7 @@ def series(**changes):
         "speed": np.full_like(t, 0.02),
         "feed": 0.02,
         "force_set": 10.0,
+        "feed_set": 0.02,
     }
     return PassSeries(**{**values, **{k: v(t) if callable(v) else v for k, v in changes.items()}})
 
@@ -61,10 +62,11 @@ def test_tilt_is_reported_in_degrees():
     assert result.tilt_max_deg == pytest.approx(3.0)
 
 
-def test_feed_error_is_relative_to_the_commanded_feed():
+def test_feed_error_is_against_the_commanded_feed_and_relative_to_the_set_one():
     feed = np.full(11_000, 0.02)
     feed[6000:] = 0.01
-    result = pass_metrics(series(feed=feed, speed=1.1 * feed), [3.0])
+    # 2 mm/s too fast everywhere, in the turns as well: 10 % of the recipe's 20 mm/s.
+    result = pass_metrics(series(feed=feed, speed=feed + 0.002), [3.0])
     assert result.feed_rms_pct == pytest.approx(10.0)
 
 
@@ -104,7 +106,9 @@ def test_a_pass_of_less_than_a_second_has_no_score():
     short = np.arange(0.0, 0.99, 0.01)
     ones = np.ones_like(short)
     with pytest.raises(InputError, match="settling"):
-        pass_metrics(PassSeries(t=short, force=ones, tilt=ones, speed=ones, feed=ones, force_set=1.0), [3.0])
+        pass_metrics(
+            PassSeries(t=short, force=ones, tilt=ones, speed=ones, feed=ones, force_set=1.0, feed_set=1.0), [3.0]
+        )
 
 
 def test_the_names_are_those_of_the_file():

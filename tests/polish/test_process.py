@@ -32,14 +32,14 @@ def ball_with_step(step: float) -> DistanceGrid:
     axis = np.arange(-0.05, 0.0501, 1e-3)
     z = np.arange(-0.01, 0.0801, 1e-3)
     X, Y, Z = np.meshgrid(axis, axis, z, indexing="ij")
-    top = 0.03 + step * np.clip(1.0 - np.abs(X - 0.012) / 0.005, 0.0, 1.0)
+    top = 0.03 + step * np.clip(1.0 - np.abs(X - 0.0125) / 0.005, 0.0, 1.0)
     values = np.sqrt(X**2 + Y**2 + (Z - top + RADIUS) ** 2) - RADIUS
     return DistanceGrid(origin=np.array([-0.05, -0.05, -0.01]), spacing=1e-3, values=values)
 
 
-def three_lines(force: float = 10.0) -> list[Stroke]:
-    """Three parallel lines of 50 mm over the ball, joined by half circles."""
-    half, gap = 0.025, 2.4e-3
+def three_lines(half: float = 0.025) -> list[Stroke]:
+    """Three parallel lines of twice ``half`` [m] over the ball, joined by half circles."""
+    gap = 2.4e-3
     parts = []
     for k, y in enumerate((-gap, 0.0, gap)):
         x = np.arange(-half, half + 1e-9, 1e-3)[:: 1 if k % 2 == 0 else -1]
@@ -52,16 +52,19 @@ def three_lines(force: float = 10.0) -> list[Stroke]:
     xy = np.concatenate(parts)
     n = np.column_stack([xy, np.sqrt(RADIUS**2 - (xy**2).sum(axis=1))]) / RADIUS
     points = RADIUS * n + [0.0, 0.0, 0.03 - RADIUS]
-    return [Stroke(points=points, normals=n, feed=np.full(len(n), 0.02), force=np.full(len(n), force))]
+    return [Stroke(points=points, normals=n, feed=np.full(len(n), 0.02), force=np.full(len(n), 10.0))]
 
 
 def job_on(
-    arm: Arm, felt: WristFelt | JointFelt | None = None, real: DistanceGrid | None = None
+    arm: Arm,
+    felt: WristFelt | JointFelt | None = None,
+    real: DistanceGrid | None = None,
+    half: float = 0.025,
 ) -> tuple[Job, SimRobot, list[tuple[float, str]]]:
     phases: list[tuple[float, str]] = []
     job, robot = simulated_job(
         dome(),
-        three_lines(),
+        three_lines(half),
         arm,
         rate=arm.rate,
         felt=WristFelt() if felt is None else felt,
@@ -122,14 +125,27 @@ def test_joint_torques_feel_the_mould_without_a_false_touch() -> None:
         assert force[(t > start) & (t < end + 0.02)].max() > 0.3
 
 
+def test_nothing_is_touched_on_the_way() -> None:
+    # 80 mm apart on a ball of 150 mm: a straight way 4 mm above both ends would run 1 mm through the steel.
+    job, robot, phases = job_on(arms.honest(1), half=0.04)
+    for _ in job.run():
+        if job.phase == "pass":
+            break
+    t, force = robot.truth.force()
+    ends = [start for start, _ in phases[1:]]
+    moves = [(start, end) for (start, name), end in zip(phases, ends, strict=False) if name in ("move", "tare")]
+    assert len(moves) > 10
+    assert max(force[(t > start + 0.01) & (t < end)].max() for start, end in moves) == 0.0
+
+
 def _touches(phases: list[tuple[float, str]]) -> list[tuple[float, float]]:
     ends = [start for start, _ in phases[1:]]
     return [(start, end) for (start, name), end in zip(phases, ends, strict=False) if name == "touch"]
 
 
 def test_hidden_ridge_trips_the_supervisor_and_the_tool_is_off_within_50_ms() -> None:
-    # 6 mm of steel that no plan knows: the tip runs into it at 20 mm/s.
-    job, robot, _ = job_on(arms.honest(1), real=ball_with_step(6e-3))
+    # 3 mm of steel that no plan knows: the tip runs into it at 20 mm/s.
+    job, robot, _ = job_on(arms.honest(1), real=ball_with_step(3e-3))
     for _ in job.run():
         pass
     event = job.rig.supervisor.event

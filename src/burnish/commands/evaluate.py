@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,8 +46,7 @@ class RunLog:
             n = reference.normal
             if n is not None:
                 wanted = reference.force
-                v = reference.v[:3]
-                feed = float(np.linalg.norm(v - n * float(n @ v)))
+                feed = _along(reference.v.tolist(), n.tolist())
             if arm.F is not None:
                 # In the air the tool's own axis stands for the normal.
                 force = float((n if n is not None else -arm.R[:, 2]) @ arm.F[:3])
@@ -58,6 +58,12 @@ class RunLog:
         """Start and end of every phase of these names [s]."""
         ends = [start for start, _ in self.phases[1:]] + [np.inf]
         return [(start, end) for (start, name), end in zip(self.phases, ends, strict=True) if name in names]
+
+
+def _along(v: list[float], n: list[float]) -> float:
+    """Length of v less its part along n, in plain floats: it is asked for every cycle."""
+    across = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
+    return sqrt(max(0.0, v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - across * across))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -58,10 +58,11 @@ class WristSense:
             InputError: if the robot has no wrist sensor.
         """
         wrench = self._reading(state) - self._bias - self._weight(arm)
-        force, moment = wrench[:3], wrench[3:]
         # Moment about the tool point: less offset·z × force.
-        about_tip = moment - self.offset * np.array([-force[1], force[0], 0.0])
-        return arm.feeling(np.concatenate([arm.R @ force, arm.R @ about_tip]))
+        wrench[3] += self.offset * wrench[1]
+        wrench[4] -= self.offset * wrench[0]
+        # Force and moment as the two rows, turned into base axes.
+        return arm.feeling((wrench.reshape(2, 3) @ arm.R.T).ravel())
 
     def tare(self, readings: list[tuple[Dynamics, State]]) -> None:
         """Mean of reading − weight, in free air, becomes the bias."""

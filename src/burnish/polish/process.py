@@ -20,7 +20,7 @@ from burnish.polish.stroke import Stroke
 from burnish.runtime.loop import Rig, control
 from burnish.surface import DistanceGrid
 from burnish.trajectory import Cubic, CubicPose, Descend, Hold, HoldPose, SurfacePath, TimedPath
-from burnish.trajectory.path import time_path, tool_rotation
+from burnish.trajectory.path import feed_share, time_path, tool_rotation
 
 APPROACH_SPEED = 5e-3
 """Speed of a guarded approach [m/s]: what the tip meets at v costs about v √(k m) of force."""
@@ -28,10 +28,16 @@ TRAVEL_SPEED = 0.05
 """Largest mean speed in free air [m/s]."""
 CLEARANCE = 3e-3
 """Height at which an approach starts above the nearest place where the mould may stand [m]."""
+OVERHEAD = 15e-3
+"""Height above the mould at which the tool crosses it [m]; a tilted tip of 20 mm hangs 1 mm lower than its apex."""
+NEARBY = 5e-3
+"""Way so short that the tool need not rise for it [m]."""
 SEARCH = 6e-3
 """How far below its nominal place a mould is still looked for [m]."""
 ACCELERATION = 0.1
 """Along and across the path [m/s²]: slow in the turns, where friction changes its sign in every joint."""
+SLOWEST = 0.67
+"""Share of the feed, on the mean, below which a stroke is refused instead of slowed: a crest or a fillet may be."""
 SETTLE = 1.0
 """Time from touch to the start of the pass [s]; half of it is the force ramp."""
 
@@ -151,8 +157,7 @@ class Job:
     def _approach(self, phase: str, p: Array, n: Array) -> Iterator[Sample]:
         """Go above a point, tare in free air, and descend along its normal until it is felt."""
         R = tool_rotation(n, self.upright)
-        hover = p + (self.uncertainty + CLEARANCE) * n
-        yield from self._pose(hover, R)
+        yield from self._across(p + (self.uncertainty + CLEARANCE) * n, R)
         yield from self._tare()
         descent = Descend(direction=-n, R=R, speed=APPROACH_SPEED)
         felt = Felt(direction=n, force=self.touch_force)
@@ -180,6 +185,21 @@ class Job:
         if readings:
             self.rig.sense.tare(readings)
             self.rig.feel()
+
+    def _across(self, p: Array, R: Array) -> Iterator[Sample]:
+        """To a pose next to the mould: up, across above its highest point, and down. A chord would graze a dome."""
+        arm = self._arm()
+        ceiling = self._ceiling()
+        if float(np.linalg.norm(p[:2] - arm.p[:2])) > NEARBY:
+            if arm.p[2] < ceiling:
+                yield from self._pose(np.array([arm.p[0], arm.p[1], ceiling]), arm.R)
+            yield from self._pose(np.array([p[0], p[1], ceiling]), R)
+        yield from self._pose(p, R)
+
+    def _ceiling(self) -> float:
+        """Height above which nothing of the mould can be [m], base frame."""
+        tops = [float(self.placement.points(stroke.points)[:, 2].max()) for stroke in self.strokes]
+        return max(tops) + self.uncertainty + OVERHEAD
 
     def _pose(self, p: Array, R: Array, phase: str = "move") -> Iterator[Sample]:
         """Straight to a tool pose in free air."""
@@ -240,7 +260,18 @@ class Job:
 
 
 def timed(stroke: Stroke, placement: Placement, upright: Array) -> TimedPath:
-    """A stroke in time, where the mould stands, with the force ramp at its start."""
+    """A stroke in time, where the mould stands, with the force ramp at its start.
+
+    Raises:
+        PlanError: if the surface turns the tool too fast for the wrist over most of the stroke.
+    """
+    share = feed_share(stroke.points, stroke.normals, stroke.feed)
+    if share < SLOWEST:
+        raise PlanError(
+            f"the path needs more joint speed than the arm has: over this surface the wrist can follow "
+            f"{100 * share:.0f} % of the feed; expected at least {100 * SLOWEST:.0f} %. "
+            f"Lower the feed to {1e3 * share * float(np.mean(stroke.feed)):.0f} mm/s"
+        )
     path = time_path(
         placement.points(stroke.points),
         placement.directions(stroke.normals),

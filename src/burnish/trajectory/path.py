@@ -8,7 +8,7 @@ from math import sqrt
 import numpy as np
 
 from burnish.core import Array, Dynamics, ToolReference
-from burnish.errors import InputError, PlanError
+from burnish.errors import InputError
 
 
 def tool_rotations(normals: Array, R0: Array) -> Array:
@@ -97,7 +97,6 @@ def time_path(
         dt: time between the nodes of the result [s].
 
     Raises:
-        PlanError: if the surface turns the tool too fast for the wrist over most of the path.
         InputError: if the points are no path.
     """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -122,6 +121,15 @@ def time_path(
     omega[1:-1] = _axial(turn) / (2.0 * dt)
     v = np.column_stack([np.gradient(p, dt, axis=0), omega])
     return TimedPath(dt=dt, p=p, R=R, v=v, a=np.gradient(v, dt, axis=0), normal=n, force=np.interp(at, s, force))
+
+
+def feed_share(points: Array, normals: Array, feed: Array) -> float:
+    """Mean speed over the path by its feed, where the turning of the surface alone slows it down, 0 to 1.
+
+    Arguments as for `time_path`.
+    """
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return float(np.trapezoid(1.0 / feed, s) / np.trapezoid(1.0 / _turning(normals, s, feed), s))
 
 
 @dataclass(kw_only=True)
@@ -172,8 +180,6 @@ ZERO6 = np.zeros(6)
 
 TURN_RATE = 0.3
 """Largest angular speed of the tool on a path [rad/s]: over a fillet the wrist sets the pace, not the feed."""
-SLOWEST = 0.67
-"""Share of the feed, on the mean, below which a path is refused instead of slowed: a crest or a fillet may be."""
 START_ACCELERATION = 0.02
 """From rest and to rest [m/s²]: stuck joints break away one after the other, and slowly is gently."""
 
@@ -183,16 +189,7 @@ def _speed(points: Array, normals: Array, s: Array, feed: Array, acceleration: f
     tangent = np.gradient(points, s, axis=0)
     curvature = np.linalg.norm(np.gradient(tangent, s, axis=0), axis=1)
     speed = np.minimum(feed, np.sqrt(acceleration / np.maximum(curvature, 1e-9)))
-    turn = np.linalg.norm(np.gradient(normals, s, axis=0), axis=1)
-    turning = np.minimum(feed, TURN_RATE / np.maximum(turn, 1e-9))
-    share = float(np.trapezoid(1.0 / feed, s) / np.trapezoid(1.0 / turning, s))
-    if share < SLOWEST:
-        raise PlanError(
-            f"the path needs more joint speed than the arm has: over this surface the wrist can follow "
-            f"{100 * share:.0f} % of the feed; expected at least {100 * SLOWEST:.0f} %. "
-            f"Lower the feed to {1e3 * share * float(np.mean(feed)):.0f} mm/s"
-        )
-    speed = np.minimum(speed, turning)
+    speed = np.minimum(speed, _turning(normals, s, feed))
     # A path in arc length cannot leave rest at speed 0: 1 mm/s is as good.
     speed = np.minimum(speed, 1e-3 + np.sqrt(2.0 * START_ACCELERATION * np.minimum(s, s[-1] - s)))
     steps = np.diff(s)
@@ -201,6 +198,12 @@ def _speed(points: Array, normals: Array, s: Array, feed: Array, acceleration: f
     for i in range(len(s) - 2, -1, -1):
         speed[i] = min(speed[i], sqrt(speed[i + 1] ** 2 + 2.0 * acceleration * steps[i]))
     return np.asarray(speed)
+
+
+def _turning(normals: Array, s: Array, feed: Array) -> Array:
+    """The feed where the tool turns slowly enough, less over crests and fillets [m/s]."""
+    turn = np.linalg.norm(np.gradient(normals, s, axis=0), axis=1)
+    return np.asarray(np.minimum(feed, TURN_RATE / np.maximum(turn, 1e-9)))
 
 
 def _axial(R: Array) -> Array:
