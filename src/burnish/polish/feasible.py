@@ -18,8 +18,8 @@ SPEED_SHARE = 0.9
 """Share of a joint's speed limit that a plan may use."""
 LIMIT_MARGIN = np.deg2rad(5.0)
 """Distance that a plan keeps from a joint limit [rad]."""
-CHECK_EVERY = 0.1
-"""Time between the poses that are checked [s]: 2 mm at 20 mm/s."""
+CHECK_EVERY = 0.25
+"""Time between the poses that are checked [s]: 5 mm at 20 mm/s."""
 JUMP = 0.5
 """Joint motion between two checked poses that is another solution of the arm, not the next pose [rad]."""
 
