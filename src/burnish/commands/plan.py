@@ -11,7 +11,7 @@ from burnish.errors import InputError
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
 from burnish.polish.cell import nominal_placement, tool_down
-from burnish.polish.cellsim import plan_strokes
+from burnish.polish.cellsim import check_size, plan_strokes
 from burnish.polish.feasible import follow
 from burnish.polish.process import timed
 from burnish.polish.recipe import Recipe
@@ -27,8 +27,9 @@ def run(options: argparse.Namespace) -> int:
     check_writable(path.parent)
     recipe = Recipe(force=options.force, feed=options.feed)
     mould = Mould.load(options.mould, options.unit)
-    grid = DistanceGrid.of(mould)
     tool = PolishingTool()
+    check_size(mould, tool)
+    grid = DistanceGrid.of(mould)
     strokes = plan_strokes(mould, grid, recipe, tool)
     share = check_strokes(strokes, tool)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ from burnish.commands.progress import Progress
 from burnish.errors import InputError
 from burnish.model.model import JACO2_URDF
 from burnish.model.tool import PolishingTool
-from burnish.polish.cellsim import JointFelt, WristFelt, plan_strokes, simulated_job
+from burnish.polish.cellsim import JointFelt, WristFelt, check_size, plan_strokes, simulated_job
 from burnish.polish.process import Job
 from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON, Recipe
 from burnish.runtime.recorder import Recorder
@@ -62,6 +62,7 @@ def run(options: argparse.Namespace) -> int:
     with Progress() as progress:
         progress.stage("reading the mould")
         mould = Mould.load(options.mould, options.unit)
+        check_size(mould, tool)
         grid = DistanceGrid.of(mould)
         progress.stage("planning the path")
         strokes = plan_strokes(mould, grid, recipe, tool)
