@@ -193,18 +193,24 @@ def test_figures_are_written_for_people(value, text):
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="needs the browser chromium")
 def test_a_browser_draws_the_scene_without_an_error(report, ball, tmp_path):
     write_report(report(shapes=(ball(colour=(0.9, 0.0, 0.0)),)), tmp_path / "report.html")
+    # Software GL on a busy machine may not have drawn in time: then look again, for longer.
+    assert any(_balls(tmp_path, seconds) == 2 for seconds in (8, 20, 40))
+
+
+def _balls(folder, seconds):
+    """How many red balls chromium shows of the report: the picture and the scene each have one."""
     flags = "--headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic"
     quiet = "--no-first-run --disable-background-networking --disable-component-update --disable-sync"
+    shot = folder / f"shot-{seconds}.png"
     result = subprocess.run(
-        ["chromium", *flags.split(), *quiet.split(), f"--user-data-dir={tmp_path / 'profile'}",
-         "--window-size=900,2600", f"--screenshot={tmp_path / 'shot.png'}", "--virtual-time-budget=8000",
-         "--enable-logging=stderr", (tmp_path / "report.html").as_uri()],
+        ["chromium", *flags.split(), *quiet.split(), f"--user-data-dir={folder / 'profile'}",
+         "--window-size=900,2600", f"--screenshot={shot}", f"--virtual-time-budget={1000 * seconds}",
+         "--enable-logging=stderr", (folder / "report.html").as_uri()],
         capture_output=True, text=True, timeout=120, check=True,
     )  # fmt: skip
     assert "CONSOLE" not in result.stderr
-    image = np.asarray(Image.open(tmp_path / "shot.png").convert("RGB")).astype(int)
-    red = (image[..., 0] > 90) & (image[..., 1] < 60)
-    # The picture and the scene each show the ball; the swatch of the scene's switch is a few rows of the same red.
-    rows = np.flatnonzero(red.any(axis=1))
+    image = np.asarray(Image.open(shot).convert("RGB")).astype(int)
+    rows = np.flatnonzero(((image[..., 0] > 90) & (image[..., 1] < 60)).any(axis=1))
     blocks = np.split(rows, np.flatnonzero(np.diff(rows) > 20) + 1)
-    assert sum(len(block) > 50 for block in blocks) == 2
+    # The swatch of the scene's switch is a few rows of the same red.
+    return sum(len(block) > 50 for block in blocks)
