@@ -22,7 +22,7 @@ from burnish import (
     control,
 )
 from burnish.analysis.metrics import rms
-from burnish.model.ik import inverse
+from burnish.model.ik import inverse_kinematics
 from burnish.polish.cell import READY, nominal_placement, tool_down
 from burnish.sim import arms
 from burnish.sim.scene import Workpiece
@@ -50,7 +50,7 @@ def main() -> None:
     model = tool.on(Model.jaco2()).with_armature(arm.armature)
     placement = nominal_placement(top=20e-3)
     middle = placement.p + 20e-3 * UP
-    start = inverse(model, middle + 8e-3 * UP, tool_down(model), [READY])
+    start = inverse_kinematics(model, middle + 8e-3 * UP, tool_down(model), READY)
     plate = Workpiece(grid=DistanceGrid.of(Mould.load("plate")), p=placement.p, R=placement.R)
     robot = SimRobot(start, rate=arm.rate, plant=arm.plant, tool=tool, workpiece=plate)
     sense = WristSense(mass=tool.mass, com=tool.com, offset=tool.length)

@@ -8,10 +8,12 @@ from burnish.errors import InputError
 from burnish.inverse import (
     damped_inverse,
     damped_spd_inverse,
+    damped_spd_solve,
     dynamically_consistent_inverse,
     manipulability,
     null_space_projector,
     smallest_singular_value,
+    task_torque,
     weighted_inverse,
 )
 from burnish.model.lagrange import jaco2_lagrange
@@ -144,3 +146,20 @@ def test_smallest_singular_value_is_the_least_gain() -> None:
     gains = [np.linalg.norm(J @ (dq / np.linalg.norm(dq))) for dq in np.random.default_rng(8).normal(size=(2000, 6))]
     assert smallest_singular_value(J) == pytest.approx(0.03)
     assert min(gains) >= 0.03
+
+
+@pytest.mark.parametrize("gap", [1.0, 1e-2, 1e-3, 1e-6, 0.0])
+def test_solving_is_inverting_and_multiplying_however_close_the_singularity(gap: float) -> None:
+    A, b = near_singular(gap), np.arange(1.0, 7.0)
+    A = A @ A.T
+    expected = damped_spd_inverse(A, THRESHOLD) @ b
+    np.testing.assert_allclose(damped_spd_solve(A, b, THRESHOLD), expected, rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.parametrize("gap", [1.0, 0.2, 1e-2, 1e-6, 0.0])
+@pytest.mark.parametrize("m", [2, 6])
+def test_task_torque_is_that_of_the_damped_inertia_on_both_its_ways(gap: float, m: int) -> None:
+    # With as many rows as joints and far from a singularity it goes by J⁻¹, else by Λ.
+    J, (_, M), a = near_singular(gap)[:m], random_task(3, n=6), np.arange(1.0, m + 1.0)
+    Lambda = damped_spd_inverse(J @ np.linalg.solve(M, J.T), THRESHOLD)
+    np.testing.assert_allclose(task_torque(J, M, a, THRESHOLD), J.T @ Lambda @ a, rtol=1e-6, atol=1e-7)

@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 from burnish.core import Array
 from burnish.errors import InputError
 from burnish.rotation import (
+    FADE,
+    continuous_error,
     euler_xyz,
     exp,
     from_euler_xyz,
@@ -249,3 +251,33 @@ def test_published_orientation_error_is_one_of_three(published: Error, ours: Err
     # Uniformly random pairs keep clear of θ = 0 and π by far more than the 1e-3 where thesis A's division loses digits.
     for R, R_d in zip(random_rotations(17, 100), random_rotations(18, 100), strict=True):
         assert_allclose(published(R, R_d), ours(R, R_d), atol=1e-11)
+
+
+# The error that laws use.
+
+
+def axis_of(seed: int) -> Array:
+    u = np.random.default_rng(seed).normal(size=3)
+    return np.asarray(u / np.linalg.norm(u))
+
+
+@pytest.mark.parametrize("theta", [0.0, 1e-9, 1e-4, 0.5, 2.0, np.pi - FADE - 1e-6])
+def test_continuous_error_is_the_rotation_vector_up_to_its_fade(theta: float) -> None:
+    for R in random_rotations(20, 20):
+        R_d = exp(theta * axis_of(21)) @ R
+        assert_allclose(continuous_error(R, R_d), rotation_vector_error(R, R_d), atol=1e-12)
+
+
+def test_continuous_error_vanishes_at_half_a_turn_and_has_no_jump_on_the_way_through() -> None:
+    u, errors = axis_of(22), []
+    for theta in np.linspace(np.pi - 1.2 * FADE, np.pi + 1.2 * FADE, 4001):
+        errors.append(continuous_error(np.eye(3), exp(theta * u)))
+    assert np.linalg.norm(errors[2000]) < 1e-6
+    # Steps of 5e-5 rad; the fade is at most 1.5 π/FADE = 54 times as steep as θ.
+    assert np.linalg.norm(np.diff(errors, axis=0), axis=1).max() < 60.0 * 1.2 * FADE / 2000.0
+
+
+def test_rotation_vector_jumps_where_the_continuous_error_does_not() -> None:
+    u = axis_of(23)
+    before, after = (rotation_vector_error(np.eye(3), exp((np.pi + d) * u)) for d in (-1e-6, 1e-6))
+    assert np.linalg.norm(after - before) > 6.0

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from burnish.control import ComputedTorque, ForceMotion, GravityCompensation, JointSense, WristSense
     from burnish.core import Dynamics, JointReference, Sample, State, ToolReference, Torque
     from burnish.errors import BurnishError
+    from burnish.model.friction import Friction
+    from burnish.model.ik import inverse_kinematics
     from burnish.model.model import Model
     from burnish.model.tool import PolishingTool
     from burnish.runtime.loop import Rig, control
@@ -26,6 +28,7 @@ _HOMES = {
     "CubicPose": "trajectory",
     "Dynamics": "core",
     "ForceMotion": "control",
+    "Friction": "model.friction",
     "GravityCompensation": "control",
     "Hold": "trajectory",
     "HoldPose": "trajectory",
@@ -44,6 +47,7 @@ _HOMES = {
     "Torque": "core",
     "WristSense": "control",
     "control": "control",
+    "inverse_kinematics": "model.ik",
 }
 
 __all__ = [
@@ -53,6 +57,7 @@ __all__ = [
     "CubicPose",
     "Dynamics",
     "ForceMotion",
+    "Friction",
     "GravityCompensation",
     "Hold",
     "HoldPose",
@@ -71,6 +76,7 @@ __all__ = [
     "Torque",
     "WristSense",
     "control",
+    "inverse_kinematics",
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -26,13 +27,51 @@ def damped_spd_inverse(A: Array, threshold: float) -> Array:
         threshold: eigenvalue below which damping sets in, unit of A, positive.
     """
     inverse = _spd_inverse(A)
-    s = 0.0 if inverse is None else 1.0 / float(np.sqrt(np.vdot(inverse, inverse)))
+    s = 0.0 if inverse is None else 1.0 / sqrt(float(np.vdot(inverse, inverse)))
     if inverse is not None and s >= threshold:
         return inverse
     mu = threshold * (1.0 - s / threshold) ** 2
     damped = _spd_inverse(A + mu * np.eye(len(A)))
     assert damped is not None, "A + mu I is positive definite when A is positive semi-definite"
     return damped
+
+
+def damped_spd_solve(A: Array, b: Array, threshold: float) -> Array:
+    """``damped_spd_inverse(A, threshold) @ b`` for b (n,), in one factorisation for the control cycle.
+
+    A X = [b I] gives the solution and, beside it, A⁻¹ for the test of how close the singularity is.
+    """
+    n = len(A)
+    right = _beside_identity(n).copy(order="F")
+    right[:, 0] = b
+    _, X, info = lapack.dposv(A, right, lower=1, overwrite_b=1)
+    flat = X.T.ravel()
+    inverse = flat[n:]
+    s = 0.0 if info != 0 else 1.0 / sqrt(float(inverse.dot(inverse)))
+    if s >= threshold:
+        return np.asarray(flat[:n])
+    mu = threshold * (1.0 - s / threshold) ** 2
+    _, x, _ = lapack.dposv(A + mu * np.eye(n), b, lower=1)
+    return np.asarray(x)
+
+
+def task_torque(J: Array, M: Array, a: Array, threshold: float) -> Array:
+    """Jᵀ Λ a, (n,): the torque that accelerates a task by ``a``, with Λ = (J M⁻¹ Jᵀ)⁻¹ damped next to a singularity.
+
+    Args:
+        J: task Jacobian (m, n), m ≤ n.
+        M: mass matrix (n, n).
+        a: task acceleration (m,), less J̇q̇.
+        threshold: eigenvalue of J M⁻¹ Jᵀ [1/kg, 1/(kg·m²)] below which damping sets in, as in `damped_spd_inverse`.
+    """
+    if len(J) == len(M):
+        # Of a square J it is M J⁻¹ a. No eigenvalue of Λ is above its trace, so below 1/threshold nothing is damped.
+        _, _, J_inverse, info = lapack.dgesv(J, _identity(len(J)))
+        M_J_inverse_T = J_inverse.T.dot(M)
+        if info == 0 and float(np.vdot(J_inverse.T, M_J_inverse_T)) * threshold <= 1.0:
+            return np.asarray(a.dot(M_J_inverse_T))
+    _, Minv_JT, _ = lapack.dposv(M, J.T, lower=1)
+    return np.asarray(damped_spd_solve(J.dot(Minv_JT), a, threshold).dot(J))
 
 
 def weighted_inverse(J: Array, W: Array, threshold: float = 1e-9) -> Array:
@@ -107,18 +146,17 @@ def smallest_singular_value(J: Array) -> float:
 
 def _spd_inverse(A: Array) -> Array | None:
     """A⁻¹ by Cholesky, or None where A is numerically singular."""
-    factor, info = lapack.dpotrf(A, lower=1)
-    if info != 0:
-        return None
-    lower, info = lapack.dpotri(factor, lower=1)
-    if info != 0:
-        return None
-    above = _above(len(A))
-    lower[above] = lower.T[above]
-    return np.asarray(lower)
+    _, inverse, info = lapack.dposv(A, _identity(len(A)), lower=1)
+    return None if info != 0 else np.asarray(inverse)
 
 
 @lru_cache
-def _above(n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Indices above the diagonal of an (n, n) matrix."""
-    return np.triu_indices(n, 1)
+def _beside_identity(n: int) -> Array:
+    """[0 I], (n, n + 1): room for one right-hand side."""
+    return np.eye(n, n + 1, 1)
+
+
+@lru_cache
+def _identity(n: int) -> Array:
+    """I, (n, n), in the engine's order of columns."""
+    return np.asfortranarray(np.eye(n))

@@ -7,7 +7,7 @@ the target: turning the tool about it reduces it.
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, sin, sqrt
+from math import atan2, cos, hypot, radians, sin, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -117,7 +117,7 @@ def rotation_vector_error(R: Array, R_d: Array) -> Array:
 
     Source: thesis A, eq. 4.5–4.7, turned from tool into base axes and without its division by sin θ.
     """
-    return log(R_d @ R.T)
+    return log(R_d.dot(R.T))
 
 
 def quaternion_error(R: Array, R_d: Array) -> Array:
@@ -136,6 +136,30 @@ def sine_error(R: Array, R_d: Array) -> Array:
     """
     E = R_d @ R.T
     return 0.5 * np.array([E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]])
+
+
+def continuous_error(R: Array, R_d: Array) -> Array:
+    """θu [rad], (3,), faded to 0 over the last `FADE` before θ = π: continuous on all rotations, for a control law.
+
+    At θ = π the axis u is as good as −u, so an error that always points the short way has to jump there, or to
+    vanish. This one is `rotation_vector_error` up to π − FADE and vanishes at π; a tool that stands there leaves by
+    itself, because next to π the error points away from it.
+    """
+    eta, x, y, z = _quaternion(R_d.dot(R.T))
+    s = sqrt(x * x + y * y + z * z)
+    # Near 0, θ/sin(θ/2) → 2 with an error of θ²/12 < 1e-17.
+    scale = 2.0 if s < 1e-8 else 2.0 * atan2(s, eta) / s
+    if eta < _FADE_ETA:
+        share = eta / _FADE_ETA
+        scale *= share * share * (3.0 - 2.0 * share)
+    return np.array([scale * x, scale * y, scale * z])
+
+
+FADE = radians(5.0)
+"""Width of the fade of `continuous_error` before θ = π [rad]. A choice: wide enough that the torque of a stiff law
+changes slowly over it for a sampled loop, narrow enough that no task notices."""
+_FADE_ETA = sin(0.5 * FADE)
+"""cos(θ/2) where the fade begins."""
 
 
 def _quaternion(R: Array) -> tuple[float, float, float, float]:

@@ -31,7 +31,7 @@ def scripts(monkeypatch: pytest.MonkeyPatch) -> Any:
         return __import__(name)
 
     yield load
-    for name in (*SCRIPTS, "common"):
+    for name in (*SCRIPTS, "common", "cases"):
         if name not in before:
             sys.modules.pop(name, None)
 
@@ -68,74 +68,74 @@ def rows_by_figure(rows: list[Any]) -> dict[str, Any]:
 
 
 def test_a_case_whose_seeds_are_all_good_meets_every_goal(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    rows = campaign.judge(campaign.CASES[0], {1: GOOD, 2: GOOD})
+    cases = scripts("cases")
+    rows = cases.judge(cases.CASES[0], {1: GOOD, 2: GOOD})
     assert {row.verdict for row in rows} == {"met"}
 
 
 def test_the_worst_seed_decides_the_largest_where_less_is_better(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    row = rows_by_figure(campaign.judge(campaign.CASES[0], {1: GOOD, 2: GOOD | {"force_rms_N": 0.51}, 3: GOOD}))
+    cases = scripts("cases")
+    row = rows_by_figure(cases.judge(cases.CASES[0], {1: GOOD, 2: GOOD | {"force_rms_N": 0.51}, 3: GOOD}))
     assert (row["force RMS [N]"].worst, row["force RMS [N]"].seed, row["force RMS [N]"].verdict) == (0.51, 2, "missed")
     assert row["force p99 [N]"].verdict == "met"
 
 
 def test_the_worst_seed_decides_the_smallest_where_more_is_better(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    row = rows_by_figure(campaign.judge(campaign.CASES[0], {1: GOOD | {"coverage_pct": 97.9}, 2: GOOD}))
+    cases = scripts("cases")
+    row = rows_by_figure(cases.judge(cases.CASES[0], {1: GOOD | {"coverage_pct": 97.9}, 2: GOOD}))
     assert (row["coverage [%]"].worst, row["coverage [%]"].seed, row["coverage [%]"].verdict) == (97.9, 1, "missed")
 
 
 def test_a_value_at_its_limit_meets_the_goal(scripts: Any) -> None:
-    campaign = scripts("campaign")
+    cases = scripts("cases")
     at_limit = GOOD | {"force_rms_N": 0.5, "coverage_pct": 98.0}
-    assert {row.verdict for row in campaign.judge(campaign.CASES[0], {1: at_limit})} == {"met"}
+    assert {row.verdict for row in cases.judge(cases.CASES[0], {1: at_limit})} == {"met"}
 
 
 def test_a_figure_that_one_run_lacks_is_missed(scripts: Any) -> None:
-    campaign = scripts("campaign")
+    cases = scripts("cases")
     without = {name: value for name, value in GOOD.items() if name != "tilt_rms_deg"}
-    row = rows_by_figure(campaign.judge(campaign.CASES[0], {1: GOOD, 2: without}))["tilt RMS [deg]"]
+    row = rows_by_figure(cases.judge(cases.CASES[0], {1: GOOD, 2: without}))["tilt RMS [deg]"]
     assert (row.worst, row.verdict) == (None, "missed")
 
 
 def test_a_run_that_failed_misses_all_goals_of_its_case(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    assert {row.verdict for row in campaign.judge(campaign.CASES[0], {1: GOOD, 2: None})} == {"missed"}
+    cases = scripts("cases")
+    assert {row.verdict for row in cases.judge(cases.CASES[0], {1: GOOD, 2: None})} == {"missed"}
 
 
 def test_a_run_that_the_supervisor_stopped_is_counted(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    row = rows_by_figure(campaign.judge(campaign.CASES[0], {1: GOOD, 2: GOOD | {"exit_status": 3}}))
+    cases = scripts("cases")
+    row = rows_by_figure(cases.judge(cases.CASES[0], {1: GOOD, 2: GOOD | {"exit_status": 3}}))
     assert (row["runs stopped or failed"].seed, row["runs stopped or failed"].verdict) == (2, "missed")
 
 
 def test_a_figure_without_goal_is_reported_and_never_missed(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    goal = campaign.Goal(name="force_rms_N", label="force RMS [N]")
-    case = campaign.Case(name="any", mould="plate", arm="ideal", goals=(goal,))
-    row = campaign.judge(case, {1: GOOD | {"force_rms_N": 1e3}})[0]
+    cases = scripts("cases")
+    goal = cases.Goal(name="force_rms_N", label="force RMS [N]")
+    case = cases.Case(name="any", mould="plate", arm="ideal", goals=(goal,))
+    row = cases.judge(case, {1: GOOD | {"force_rms_N": 1e3}})[0]
     assert (row.worst, row.goal, row.verdict) == (1e3, "-", "-")
 
 
 def test_preston_deviation_counts_on_both_sides(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    case = campaign.Case(name="any", mould="plate", arm="honest", goals=(campaign.DEVIATION,))
+    campaign, cases = scripts("campaign"), scripts("cases")
+    case = cases.Case(name="any", mould="plate", arm="honest", goals=(cases.DEVIATION,))
     # The depths are 3 % too small and 1 % too large; the goal is 2 %.
     runs = {seed: campaign.with_deviation({"removal_mean_um": um}, 1e-6) for seed, um in ((1, 0.97), (2, 1.01))}
-    row = campaign.judge(case, runs)[0]
+    row = cases.judge(case, runs)[0]
     assert row.worst == pytest.approx(-3.0)
     assert (row.seed, row.verdict) == (1, "missed")
 
 
 def test_cases_have_folders_of_their_own(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    assert len({case.slug for case in campaign.CASES}) == len(campaign.CASES)
+    cases = scripts("cases")
+    assert len({case.slug for case in cases.CASES}) == len(cases.CASES)
 
 
 def test_a_run_that_is_done_is_not_run_again(scripts: Any, tmp_path: Path) -> None:
-    campaign = scripts("campaign")
-    case = campaign.CASES[0]
+    campaign, cases = scripts("campaign"), scripts("cases")
+    case = cases.CASES[0]
     folder = tmp_path / case.slug / "seed-4"
     folder.mkdir(parents=True)
     (folder / "metrics.json").write_text(json.dumps(GOOD))
@@ -145,8 +145,8 @@ def test_a_run_that_is_done_is_not_run_again(scripts: Any, tmp_path: Path) -> No
 
 
 def test_the_page_shows_every_row_and_counts_what_was_missed(scripts: Any) -> None:
-    campaign = scripts("campaign")
-    rows = campaign.judge(campaign.CASES[0], {1: GOOD | {"tilt_max_deg": 4.0}})
+    campaign, cases = scripts("campaign"), scripts("cases")
+    rows = cases.judge(cases.CASES[0], {1: GOOD | {"tilt_max_deg": 4.0}})
     page = campaign.markdown(rows, {"date": "2000-01-01", "cores": 2, "source": "0"}, [1], "")
     assert page.count("dome, honest") == len(rows)
     assert f"1 of {len(rows)} goals missed" in page

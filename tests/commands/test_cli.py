@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import struct
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from burnish.cli import main
+from burnish.commands import polish
+from burnish.polish import cellsim
+from burnish.polish.process import Job
 from burnish.polish.stroke import from_plan
+from burnish.sim.robot import SimRobot
+from burnish.surface import DistanceGrid
 
 BURNISH = [sys.executable, "-m", "burnish"]
 
@@ -152,6 +159,43 @@ def test_polish_writes_its_three_files_and_all_metrics(tmp_path: Path, capsys: p
     printed = capsys.readouterr()
     assert printed.out.startswith("Done.")
     assert printed.err == "", "no progress bar in a pipe"
+
+
+def with_block(grid: DistanceGrid, start: float, end: float, top: float) -> DistanceGrid:
+    """The grid with a block of steel on it from x = ``start`` to ``end``, ``top`` high [m]."""
+    x, y, z = (grid.origin[i] + grid.spacing * np.arange(grid.values.shape[i]) for i in range(3))
+    X, _, Z = np.meshgrid(x, y, z, indexing="ij")
+    beside, above = np.maximum(start - X, X - end), Z - top
+    outside = np.hypot(np.maximum(beside, 0.0), np.maximum(above, 0.0))
+    block = outside + np.minimum(np.maximum(beside, above), 0.0)
+    return DistanceGrid(origin=grid.origin, spacing=grid.spacing, values=np.minimum(grid.values, block))
+
+
+def test_clamp_left_on_the_mould_stops_the_arm_with_3_and_a_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # 12 mm of steel in the way of the tip: too steep to climb, so the force along the path grows to the limit of 25 N.
+    robots: list[SimRobot] = []
+
+    def on_another_mould(grid: DistanceGrid, *given: Any, **named: Any) -> tuple[Job, SimRobot]:
+        job, robot = cellsim.simulated_job(grid, *given, **named, real_grid=with_block(grid, 0.012, 0.02, 0.022))
+        robots.append(robot)
+        return job, robot
+
+    monkeypatch.setattr(polish, "simulated_job", on_another_mould)
+    mesh, out = small_plate(tmp_path / "p.stl", size=60.0), tmp_path / "run"
+    assert main(["polish", "--mould", str(mesh), "--out", str(out)]) == 3
+    said = capsys.readouterr().out
+    cause = re.search(r"Stopped by the supervisor: the tool force reached (2[5-9]\.\d) N; the limit is 25 N", said)
+    assert cause is not None, said
+    assert cause[0] in (out / "report.html").read_text()
+    assert json.loads((out / "metrics.json").read_text())["supervisor_events"] == 1
+    t, force = robots[0].truth.force()
+    # It presses hardest at the trip, is mostly off 50 ms later, and has left the steel for good soon after.
+    trip = t[force.argmax()]
+    assert force.max() > 20.0
+    assert force[(t > trip + 0.05) & (t < trip + 0.06)].max() < 0.5 * force.max()
+    assert force[t > trip + 0.2].max() == 0.0
 
 
 def test_ctrl_c_ends_with_130_and_a_report_of_what_was_done(tmp_path: Path) -> None:

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from model.arms import load
 
+from burnish.core import State
 from burnish.errors import BurnishError, DescriptionError
 from burnish.model.description import check_description
 from burnish.model.model import JACO2_URDF
@@ -88,6 +90,7 @@ URDF_FAULTS = {
     "no child": (('<child link="quill"/>', ""), "no <child>"),
     "two parents": (('<child link="tip"/>', '<child link="arm"/>'), "two parents for link 'arm'"),
     "disconnected link": (('<link name="tip"/>', '<link name="tip"/><link name="lost"/>'), "2 links without a parent"),
+    "blank before a number": (('lower="-2.5"', 'lower=" -2.5"'), "blanks in lower of <limit>"),
     "xacro": (('<link name="tip"/>', '<xacro:link name="tip"/>'), "run xacro"),
     "second inertial": (("<inertial>", "<inertial/><inertial>"), "a second <inertial>"),
     "another root": (('<robot name="prismatic">', '<sdf name="prismatic">'), "mismatched tag"),
@@ -175,6 +178,18 @@ MJCF_FAULTS = {
     "geom of no size": (("<site", "<geom/><site"), "no size of a 'sphere' geom"),
     "mocap": (('name="link_1"', 'name="link_1" mocap="true"'), "mocap"),
     "no worldbody": (("<worldbody>", "<world>"), "mismatched tag"),
+    "frame": (("<site", '<frame pos="0 0 1"><site name="f"/></frame><site'), "<frame>"),
+    "two joints in a body": (("<inertial", "<joint/><inertial"), "2 joints of body 'link_1'"),
+    "second arm": (("</worldbody>", "<body><joint/><geom size='1'/></body></worldbody>"), "second body of the world"),
+    "mass left to a mesh": (
+        ('<inertial pos="0 0.03 0.12" mass="4.0" diaginertia="0.0210333 0.0210333 0.0098"/>', '<geom type="mesh"/>'),
+        "a mesh geom to be weighed",
+    ),
+    "masses changed in total": (("autolimits=", 'settotalmass="9" autolimits='), "settotalmass='9'"),
+    "masses from geoms after all": (("autolimits=", 'inertiafromgeom="true" autolimits='), "inertiafromgeom='true'"),
+    "axis of an angle of another length": (('euler="-1.57', 'axisangle="0 3 4 1" e="'), "axis is 5 long"),
+    "sequence of Euler angles": (("autolimits=", 'eulerseq="abc" autolimits='), "eulerseq='abc'"),
+    "gravity of two numbers": (('gravity="0 0 -9.81"', 'gravity="0 -9.81"'), "gravity='0 -9.81'"),
     "branch": (("<site", '<body><joint name="a"/><geom size="1"/></body><site'), "not on the way to 'tool0': a"),
 }
 
@@ -189,9 +204,9 @@ def test_mjcf_body_may_get_its_mass_from_geoms_and_its_joint_from_a_default_clas
     path = tmp_path / "arm.xml"
     path.write_text(
         """<mujoco><default><default class="slider"><joint type="slide" axis="1 0 0" range="0 1"/></default></default>
-        <worldbody><frame pos="0 0 1" childclass="slider"><body name="cart"><joint/><geom size="0.1"/>
+        <worldbody><body name="cart" pos="0 0 1" childclass="slider"><joint/><geom size="0.1"/>
         <body><joint class="main" axis="0 1 0"/><geom type="capsule" size="0.1" fromto="0 0 0 0 0 1"/><site name="tip"/>
-        </body></body></frame></worldbody></mujoco>"""
+        </body></body></worldbody></mujoco>"""
     )
     check_description(path, "tip")
 
@@ -224,7 +239,7 @@ HOSTILE = {
     ),
     "long chain": (f"<robot name='r'><link name='l0'/>{LINKS}</robot>", "no tool frame 'tip'"),
     "many bodies": (
-        "<mujoco><worldbody>" + "<body><joint/><geom size='1'/></body>" * 3000 + "</worldbody></mujoco>",
+        "<mujoco><worldbody><body>" + "<body><joint/><geom size='1'/></body>" * 3000 + "</body></worldbody></mujoco>",
         "tip",
     ),
     "many attributes": ("<robot " + "".join(f"a{i}='' " for i in range(99_000)) + "/>", "no 'name'"),
@@ -334,16 +349,18 @@ def damaged(data: bytes, random: np.random.Generator) -> bytes:
 
 
 @pytest.mark.slow
-def test_twelve_thousand_mutated_descriptions_pass_or_are_refused_and_nothing_else(tmp_path: Path) -> None:
+def test_twelve_thousand_mutated_descriptions_become_a_model_or_are_refused_and_nothing_else(tmp_path: Path) -> None:
     random = np.random.default_rng(2026)
-    texts = [(path.read_text(), tool) for path, tool in ARMS.items()]
-    path = tmp_path / "arm.urdf"
+    texts = [(path.read_text(), tool, path.suffix) for path, tool in ARMS.items()]
     passed, refusals = 0, []
     for _ in range(12_000):
-        text, tool = texts[random.integers(len(texts))]
+        text, tool, suffix = texts[random.integers(len(texts))]
+        path = tmp_path / f"arm{suffix}"
         path.write_bytes(mutated(text, random))
         try:
-            check_description(path, tool)
+            model = load(path, tool)
+            arm_there = model.at(State(t=0.0, q=np.full(model.n, 0.1), dq=np.ones(model.n)))
+            assert np.linalg.eigvalsh(arm_there.M)[0] > 0.0
             passed += 1
         except DescriptionError as refused:
             refusals.append(str(refused))

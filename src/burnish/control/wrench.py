@@ -62,7 +62,7 @@ class WristSense:
         wrench[3] += self.offset * wrench[1]
         wrench[4] -= self.offset * wrench[0]
         # Force and moment as the two rows, turned into base axes.
-        return arm.feeling((wrench.reshape(2, 3) @ arm.R.T).ravel())
+        return arm.feeling(wrench.reshape(2, 3).dot(arm.R.T).ravel())
 
     def tare(self, readings: list[tuple[Dynamics, State]]) -> None:
         """Mean of reading − weight, in free air, becomes the bias."""
@@ -70,8 +70,10 @@ class WristSense:
 
     def _weight(self, arm: Dynamics) -> Array:
         """Weight of the tool in sensor axes, about the sensor's origin [N, N·m], (6,)."""
-        fx, fy, fz = (-GRAVITY * self.mass * arm.R[2]).tolist()
-        return np.array([fx, fy, fz, -self.com * fy, self.com * fx, 0.0])
+        x, y, z = arm.R[2].tolist()
+        weight = -GRAVITY * self.mass
+        lever = self.com * weight
+        return np.array((weight * x, weight * y, weight * z, -lever * y, lever * x, 0.0))
 
     @staticmethod
     def _reading(state: State) -> Array:

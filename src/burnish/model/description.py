@@ -23,6 +23,8 @@ def check_description(path: str | Path, tool: str | None = None) -> None:
     - moving links with a mass ≤ 0, or an inertia that is not positive definite or against the triangle inequality;
     - joints with lower ≥ upper, a zero axis, or a type other than revolute, continuous, prismatic and fixed (hinge and
       slide in MJCF), and joints that mimic or are tied to others;
+    - in an MJCF: macros and frames, two joints in one body, masses left to a mesh or changed by the compiler, an arm
+      that is not in the first body of the world;
     - two links or two joints of one name, references to what is not there, links with two parents, loops, links that
       hang on nothing, and moving joints beside or beyond the one chain that leads to the tool;
     - a tool frame that does not exist: the message lists those that do.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TypeAlias
 
 import numpy as np
 
@@ -27,21 +28,24 @@ _SCALARS: dict[str, tuple[int, ...]] = {
 }
 _NUMERIC: dict[str, dict[str, tuple[int, ...]]] = {
     "body": _PLACED,
-    "frame": _PLACED,
     "joint": {"pos": (3,), "axis": (3,), "range": (2,), "damping": (1, 2, 3), "stiffness": (1, 2, 3), **_SCALARS},
     "inertial": {"mass": (1,), "diaginertia": (3,), "fullinertia": (6,), **_PLACED},
     "geom": {"size": (1, 2, 3), "mass": (1,), "density": (1,), "fromto": (6,), "rgba": (4,), **_PLACED},
     "site": {"size": (1, 2, 3), "fromto": (6,), "rgba": (4,), **_PLACED},
+    "option": {"gravity": (3,)},
 }
 """Elements whose numbers are read, and how many each attribute has."""
 
 _WORDS = ("type", "limited", "mesh")
 _NOT_NEGATIVE = ("armature", "frictionloss", "damping", "mass", "density")
-_MACROS = ("include", "attach", "replicate", "composite", "flexcomp", "plugin")
+_MACROS = ("include", "attach", "replicate", "composite", "flexcomp", "plugin", "frame")
+_REWEIGHED = {"settotalmass": "-1", "inertiafromgeom": "auto", "inertiagrouprange": "0 5"}
+"""Compiler attributes that change masses behind the engine's back, and the values that do not."""
 _MASSLESS = ("plane", "hfield")
 _SIZELESS = ("plane", "hfield", "mesh", "sdf")
 
-_Attributes = dict[str, str]
+Classes: TypeAlias = dict[str, dict[str, dict[str, str]]]
+"""For each default class the attributes that it gives to each tag."""
 
 
 def check(root: Element, tool: str | None) -> None:
@@ -54,7 +58,10 @@ def check(root: Element, tool: str | None) -> None:
     worlds = root.all("worldbody")
     if not worlds:
         raise DescriptionError("found no <worldbody>; expected an arm: give another file")
-    defaults = _defaults(root)
+    for element in (*root.all("compiler"), *root.all("option")):
+        _check_setting(element)
+    _check_place(worlds)
+    classes = defaults(root)
     named = {("mesh", name): mesh for mesh, name in _named_meshes(root)}
     weighs_geoms = all(compiler.attributes.get("inertiafromgeom") != "false" for compiler in root.all("compiler"))
     frames: list[Frame] = []
@@ -62,18 +69,23 @@ def check(root: Element, tool: str | None) -> None:
     for body, parent, moved, inherited in pending:
         index = len(frames)
         childclass = body.attributes.get("childclass", inherited)
-        inside = [(_resolved(element, c, defaults), c) for element, c in _contents(body, childclass)]
-        for element in (body, *(element for element, _ in inside if element.tag != "body")):
+        inside = [resolved(element, childclass, classes) for element in body.children]
+        for element in (body, *(element for element in inside if element.tag != "body")):
             _check_numbers(element)
             _register(element, named)
-        joints = [element for element, _ in inside if element.tag in ("joint", "freejoint")]
+        joints = [element for element in inside if element.tag in ("joint", "freejoint")]
         for joint in joints:
             _check_joint(joint)
+        if len(joints) > 1:
+            who = f"{len(joints)} joints of body {quoted(body.attributes.get('name', 'unnamed'))}"
+            raise fault(joints[1], who, "one a body", "put each joint into a body of its own")
         if body.attributes.get("mocap") == "true":
             raise fault(body, "a mocap body", "a body that hangs on joints or is fixed", "delete mocap")
         moves = moved or bool(joints)
-        geoms = [element for element, _ in inside if element.tag == "geom"]
-        weight = _check_inertial(body, moves=moves) + (sum(map(_geom_mass, geoms)) if weighs_geoms else 0.0)
+        geoms = [element for element in inside if element.tag == "geom"]
+        weight = _check_inertial(body, moves=moves)
+        weighed = sum(_geom_mass(geom, needed=moves and not weight) for geom in geoms)
+        weight = weight or (weighed if weighs_geoms else 0.0)
         frames.append(
             Frame(
                 name=body.attributes.get("name", "world" if parent < 0 else ""),
@@ -83,26 +95,16 @@ def check(root: Element, tool: str | None) -> None:
                 has_mass=weight > 0.0,
             )
         )
-        sites = (element for element, _ in inside if element.tag == "site")
+        sites = (element for element in inside if element.tag == "site")
         frames.extend(Frame(name=s.attributes.get("name", ""), element=s, parent=index) for s in sites)
-        pending.extend((element, index, moves, c) for element, c in inside if element.tag == "body")
+        pending.extend((element, index, moves, childclass) for element in inside if element.tag == "body")
     _check_references(root, named)
     check_chain(frames, tool)
 
 
-def _contents(body: Element, childclass: str) -> Iterator[tuple[Element, str]]:
-    """What is in a body, each with the default class that it gets; what a <frame> holds belongs to the body."""
-    for element in body.children:
-        if element.tag == "frame":
-            _check_numbers(element)
-            yield from _contents(element, element.attributes.get("childclass", childclass))
-        else:
-            yield element, childclass
-
-
-def _defaults(root: Element) -> dict[str, dict[str, _Attributes]]:
+def defaults(root: Element) -> Classes:
     """For each default class the attributes that it gives to each tag; only those that are read here."""
-    classes: dict[str, dict[str, _Attributes]] = {"main": {}}
+    classes: Classes = {"main": {}}
     pending = [(default, "main", True) for default in root.all("default")]
     for default, parent, top in pending:
         name = default.attributes.get("class", "main") if top else default.text("class")
@@ -122,14 +124,14 @@ def _defaults(root: Element) -> dict[str, dict[str, _Attributes]]:
     return classes
 
 
-def _resolved(element: Element, childclass: str, defaults: dict[str, dict[str, _Attributes]]) -> Element:
+def resolved(element: Element, childclass: str, classes: Classes) -> Element:
     """The element with what its default class gives it; a body as it is."""
     if element.tag == "body":
         return element
     name = element.attributes.get("class", childclass)
-    if name not in defaults:
+    if name not in classes:
         raise fault(element, f"no default class {quoted(name)}, which <{element.tag}> names", "one", "mend the name")
-    inherited = defaults[name].get(element.tag, {})
+    inherited = classes[name].get(element.tag, {})
     return Element(element.tag, {**inherited, **element.attributes}, element.line, element.children)
 
 
@@ -143,6 +145,31 @@ def _check_numbers(element: Element) -> None:
             raise fault(element, f"{attribute} {values[0]:g} in <{element.tag}>", "0 or more", "mend it")
         if attribute in ("quat", "axisangle", "zaxis") and np.linalg.norm(values[:4]) < 1e-6:
             raise fault(element, f"a zero {attribute} in <{element.tag}>", "a direction", "mend it")
+        if attribute == "axisangle" and abs(np.linalg.norm(values[:3]) - 1.0) > 1e-6:
+            found = f"an axisangle whose axis is {np.linalg.norm(values[:3]):.6g} long"
+            raise fault(element, found, "one of length 1, to the sixth digit", "divide it by its length")
+
+
+def _check_setting(element: Element) -> None:
+    """Refuse a compiler that changes masses, and settings that cannot be read."""
+    _check_numbers(element)
+    for attribute, harmless in _REWEIGHED.items():
+        value = element.attributes.get(attribute, harmless)
+        if value not in (harmless, "false"):
+            found = f"{attribute}={quoted(value)}"
+            raise fault(element, found, "masses as they are written", "save the compiled model")
+    sequence, angle = element.attributes.get("eulerseq", "xyz"), element.attributes.get("angle", "degree")
+    if len(sequence) != 3 or not set(sequence) <= set("xyzXYZ") or angle not in ("degree", "radian"):
+        found = f"eulerseq={quoted(sequence)} and angle={quoted(angle)}"
+        raise fault(element, found, "three of xyzXYZ, and degree or radian", "mend it")
+
+
+def _check_place(worlds: list[Element]) -> None:
+    """Refuse an arm that is not in the first body of the world: the engine's reader looks nowhere else."""
+    bodies = [body for world in worlds for body in world.all("body")]
+    for body in bodies[1:]:
+        if any(element.tag in ("joint", "freejoint") for element in body.walk()):
+            raise fault(body, "moving joints in the second body of the world", "the arm in the first", "move it there")
 
 
 def _register(element: Element, named: dict[tuple[str, str], Element]) -> None:
@@ -192,8 +219,8 @@ def _check_inertial(body: Element, *, moves: bool) -> float:
     return mass
 
 
-def _geom_mass(geom: Element) -> float:
-    """Something above zero where a geom gives its body mass; refuses a geom without a size."""
+def _geom_mass(geom: Element, *, needed: bool) -> float:
+    """Something above zero where a geom gives its body mass; refuses a geom without a size, or a mesh to be weighed."""
     kind = geom.attributes.get("type", "sphere")
     size = geom.numbers("size", 1, 2, 3)
     if kind not in _SIZELESS and (size is None or size[0] <= 0.0):
@@ -201,6 +228,8 @@ def _geom_mass(geom: Element) -> float:
         raise fault(geom, f"{found} of a {quoted(kind)} geom", "a size above 0", "give one")
     if kind in _MASSLESS:
         return 0.0
+    if needed and kind in ("mesh", "sdf"):
+        raise fault(geom, f"a {kind} geom to be weighed", "mass and inertia in numbers", "add an <inertial>")
     mass, density = geom.number("mass"), geom.number("density")
     return mass if mass is not None else 1000.0 if density is None else density
 

@@ -111,6 +111,8 @@ def _check_numbers(top: Element) -> None:
     for element in top.walk():
         for attribute, sizes in _NUMERIC.get(element.tag, {}).items():
             values = element.numbers(attribute, *sizes)
+            if sizes == (1,) and element.attributes.get(attribute, "").strip() != element.attributes.get(attribute, ""):
+                raise fault(element, f"blanks in {attribute} of <{element.tag}>", "a number alone", "delete them")
             if values is not None and element.tag in _SHAPES and attribute != "scale" and values.min() <= 0.0:
                 raise fault(element, f"{attribute} {values.min():g} m of a {element.tag}", "more than 0", "mend it")
         if element.tag in ("visual", "collision"):

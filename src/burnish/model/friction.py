@@ -59,5 +59,7 @@ class Friction:
 
     def torque(self, dq: Array) -> Array:
         """Torque that friction takes at the joint velocity ``dq`` [rad/s], (n,) [N·m], of the sign of dq."""
-        sliding = self.coulomb + self._extra * np.exp(-((dq / self.stribeck_velocity) ** 2))
+        sliding = self.coulomb
+        if self.breakaway is not None:
+            sliding = sliding + self._extra * np.exp(-((dq / self.stribeck_velocity) ** 2))
         return np.asarray(sliding * np.tanh(dq / self.transition_velocity) + self.viscous * dq)

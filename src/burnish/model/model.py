@@ -1,19 +1,19 @@
-"""`Model`: an arm evaluated at a state, on Pinocchio; the only file that knows that engine."""
+"""`Model`: an arm evaluated at a state, on Pinocchio."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from burnish.core import Array, Dynamics, State, read_only
 from burnish.errors import DescriptionError, InputError
 from burnish.model.description import check_description
+from burnish.model.engine import engine_of_mjcf, engine_of_urdf, placed, rigid_body
 from burnish.model.friction import Friction
 
 JACO2_URDF = Path(str(files("burnish") / "assets" / "jaco2.urdf"))
@@ -26,7 +26,7 @@ class Model:
     leave this one alone. Limits of continuous joints are absent: ±inf in `lower` and `upper`.
     """
 
-    def __init__(self, engine: pin.Model, tool: str) -> None:
+    def __init__(self, engine: pin.Model, tool: str, friction: Friction | None = None) -> None:
         """Wrap an engine's model; use `jaco2`, `from_urdf` or `from_mjcf` instead."""
         if not engine.existFrame(tool):
             frames = ", ".join(frame.name for frame in engine.frames if frame.name != "universe")
@@ -35,20 +35,26 @@ class Model:
         self._data = engine.createData()
         self._tool = engine.getFrameId(tool)
         self.n: int = engine.nv
-        self._below = np.tril_indices(self.n, -1)
         self.name: str = engine.name
         self.tool: str = tool
         self.joint_names: tuple[str, ...] = tuple(engine.names)[1:]
         self.lower: Array = read_only(engine.lowerPositionLimit)
-        """Lower joint limits [rad], (n,); −inf for a continuous joint."""
+        """Lower joint limits [rad], slides [m], (n,); −inf for a continuous joint."""
         self.upper: Array = read_only(engine.upperPositionLimit)
-        """Upper joint limits [rad], (n,); +inf for a continuous joint."""
+        """Upper joint limits [rad], slides [m], (n,); +inf for a continuous joint."""
+        kinds = [joint.shortname() for joint in engine.joints[1:]]
+        self.prismatic: NDArray[np.bool_] = np.array([kind.startswith("JointModelP") for kind in kinds])
+        """Whether each joint slides, (n,): its coordinate and its limits are in metres, its torque is a force [N]."""
         self.velocity_limit: Array = read_only(engine.velocityLimit)
-        """Largest joint speeds [rad/s], (n,)."""
+        """Largest joint speeds [rad/s], slides [m/s], (n,); +inf where the file gives none, as an MJCF does."""
         self.effort_limit: Array = read_only(engine.effortLimit)
-        """Largest joint torques [N·m], (n,)."""
+        """Largest joint torques [N·m], slides [N], (n,); +inf where the file gives none."""
         self.armature: Array = read_only(engine.armature)
-        """Rotor inertia reflected through the gears [kg·m²], (n,); part of M. Zero unless asked for."""
+        """Rotor inertia reflected through the gears [kg·m²], (n,) (a slide: [kg]); part of M. Zero unless an MJCF
+        gives it or `with_armature` does."""
+        self.friction: Friction | None = friction
+        """Friction of the joints, for the laws that compensate it; None unless `with_friction` gave one. No term of
+        `Dynamics` contains it."""
 
     @classmethod
     def jaco2(cls) -> Model:
@@ -61,58 +67,90 @@ class Model:
 
         Args:
             path: the file.
-            tool: name of the link or frame that is the tool.
+            tool: name of the link that is the tool.
 
         Raises:
             DescriptionError: if the file is missing, is not a URDF, describes what no arm can be, or has no such tool.
         """
         check_description(Path(path), tool)
-        return cls(_with_plain_angles(_read(pin.buildModelFromUrdf, path)), tool)
+        return cls(engine_of_urdf(path), tool)
 
     @classmethod
     def from_mjcf(cls, path: str | Path, tool: str) -> Model:
         """Read a fixed-base serial arm from a MuJoCo XML file; ``tool`` is a body or a site of it.
 
+        Gravity, the place of the base and armature count as the file gives them; friction, springs and actuators do
+        not.
+
         Raises:
             DescriptionError: as `from_urdf`.
         """
         check_description(Path(path), tool)
-        return cls(_with_plain_angles(_read(pin.buildModelFromMJCF, path)), tool)
+        return cls(engine_of_mjcf(path), tool)
 
     def with_armature(self, armature: ArrayLike) -> Model:
-        """A model whose M contains this reflected rotor inertia, (n,) or one number for all [kg·m²]."""
-        values = np.broadcast_to(np.asarray(armature, dtype=float), (self.n,))
-        if not np.all(np.isfinite(values)) or np.any(values < 0.0):
-            raise InputError(f"armature {values} must be finite and at least 0 kg·m²")
+        """A model whose M contains this reflected rotor inertia, (n,) or one number for all [kg·m²], a slide's [kg].
+
+        It takes the place of the armature that the model had.
+
+        Raises:
+            InputError: if a number is negative or not finite, or if there is none for each joint.
+        """
+        values = np.asarray(armature, dtype=float)
+        if values.shape not in ((), (self.n,)) or not np.all(np.isfinite(values)) or np.any(values < 0.0):
+            raise InputError(f"armature {values} must be one number or {self.n}, finite and at least 0 kg·m²")
         engine = pin.Model(self._engine)
-        engine.armature = np.array(values)
-        return Model(engine, self.tool)
+        engine.armature = np.array(np.broadcast_to(values, (self.n,)))
+        return Model(engine, self.tool, self.friction)
+
+    def with_friction(self, friction: Friction) -> Model:
+        """A model that carries this friction in `friction`; M, h and g stay as they are.
+
+        Raises:
+            InputError: if it is the friction of another number of joints.
+        """
+        if len(friction.coulomb) != self.n:
+            raise InputError(f"the friction is of {len(friction.coulomb)} joints; {self.name} has {self.n}")
+        return Model(self._engine, self.tool, friction)
 
     def with_payload(self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> Model:
-        """A model that carries a body fixed to the tool frame.
+        """A model that carries a body fixed to the tool frame, besides those that it carries already.
 
         Args:
             mass: mass of the body [kg], more than 0.
             com: its centre of mass in the tool frame [m], (3,).
             inertia: its inertia about that centre, tool axes [kg·m²], (3, 3); a point mass without it.
+
+        Raises:
+            InputError: if no body can be like that.
         """
-        if not np.isfinite(mass) or mass <= 0.0:
-            raise InputError(f"payload mass {mass} kg must be finite and more than 0")
-        tensor = np.zeros((3, 3)) if inertia is None else np.asarray(inertia, dtype=float)
-        body = pin.Inertia(float(mass), np.asarray(com, dtype=float), tensor)
+        body = rigid_body(mass, com, np.zeros((3, 3)) if inertia is None else inertia)
         engine = pin.Model(self._engine)
         frame = engine.frames[self._tool]
         engine.appendBodyToJoint(frame.parentJoint, body, frame.placement)
-        return Model(engine, self.tool)
+        return Model(engine, self.tool, self.friction)
 
     def with_tool(self, name: str, p: ArrayLike, R: ArrayLike | None = None) -> Model:
-        """A model whose tool frame is a new one, placed at (p [m], R) in today's tool frame."""
-        rotation = np.eye(3) if R is None else np.asarray(R, dtype=float)
+        """A model whose tool frame is a new one, placed at (p [m], R) in today's tool frame; it has no weight.
+
+        Raises:
+            InputError: if the model has a frame of that name, p is no point, or R is no rotation.
+        """
         engine = pin.Model(self._engine)
+        if engine.existFrame(name):
+            raise InputError(f"{self.name} has a frame '{name}' already; expected a new name for the tool frame")
         frame = engine.frames[self._tool]
-        placement = frame.placement * pin.SE3(rotation, np.asarray(p, dtype=float))
+        placement = frame.placement * placed(p, np.eye(3) if R is None else R)
         engine.addFrame(pin.Frame(name, frame.parentJoint, self._tool, placement, pin.FrameType.OP_FRAME))
-        return Model(engine, name)
+        return Model(engine, name, self.friction)
+
+    def limit_distance(self, q: ArrayLike) -> Array:
+        """How far each joint is from the nearer of its limits, min(q − lower, upper − q), (n,) [rad], a slide's [m].
+
+        +inf for a continuous joint, negative for a joint beyond a limit.
+        """
+        joints = np.asarray(q, dtype=float)
+        return np.asarray(np.minimum(joints - self.lower, self.upper - joints))
 
     def at(self, state: State) -> Dynamics:
         """Evaluate all terms at a state.
@@ -128,11 +166,8 @@ class Model:
         # One joint alone gives a vector.
         J = pin.getFrameJacobian(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED).reshape(6, self.n)
         dJdq = pin.getFrameClassicalAcceleration(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED)
-        # The engine fills the upper triangle only.
-        M = data.M.copy()
-        M[self._below] = M.T[self._below]
         g = data.g.copy()
-        return Dynamics(
+        return Dynamics.of(
             t=state.t,
             q=state.q,
             dq=state.dq,
@@ -140,10 +175,11 @@ class Model:
             R=tool.rotation.copy(),
             J=J,
             dJdq=dJdq.vector.copy(),
-            M=M,
+            M=data.M.copy(),
             h=data.nle - g,
             g=g,
             tau=state.tau,
+            F=None,
         )
 
     def kinematics(self, q: Array) -> tuple[Array, Array, Array]:
@@ -151,7 +187,7 @@ class Model:
         engine, data = self._engine, self._data
         J = pin.computeFrameJacobian(engine, data, q, self._tool, pin.LOCAL_WORLD_ALIGNED)
         tool = data.oMf[self._tool]
-        return tool.translation.copy(), tool.rotation.copy(), J
+        return tool.translation.copy(), tool.rotation.copy(), J.reshape(6, self.n)
 
     def link_poses(self, q: ArrayLike) -> dict[str, Array]:
         """Pose of every frame of the description, base ← frame, as name → (4, 4) homogeneous matrix."""
@@ -160,61 +196,6 @@ class Model:
             frame.name: np.array(placement.homogeneous)
             for frame, placement in zip(self._engine.frames, self._data.oMf, strict=True)
         }
-
-
-def _read(reader: Callable[[str], pin.Model], path: str | Path) -> pin.Model:
-    """A description through the engine's reader, its complaints as ours."""
-    try:
-        return reader(str(path))
-    except (ValueError, RuntimeError) as error:
-        raise DescriptionError(f"{path} cannot be read: {str(error).splitlines()[0]}") from error
-
-
-def _with_plain_angles(engine: pin.Model) -> pin.Model:
-    """The same arm with one coordinate a joint: the engine gives a continuous joint two, (cos, sin).
-
-    Raises:
-        DescriptionError: if a joint is not revolute, continuous or prismatic, or the arm branches.
-    """
-    plain = pin.Model()
-    plain.name = engine.name
-    plain.gravity = engine.gravity
-    for index in range(1, engine.njoints):
-        joint = engine.joints[index]
-        if joint.nv != 1:
-            raise DescriptionError(
-                f"joint '{engine.names[index]}' of {engine.name} is a {joint.shortname()}; "
-                "expected revolute, continuous or prismatic joints on a fixed base"
-            )
-        if engine.parents[index] != index - 1:
-            raise DescriptionError(
-                f"{engine.name} branches at joint '{engine.names[index]}'; expected one serial chain. "
-                "Fix the joints that do not belong to the arm (fingers) in the description"
-            )
-        v = joint.idx_v
-        continuous = joint.nq == 2
-        plain.addJoint(
-            engine.parents[index],
-            _plain_joint(joint) if continuous else joint,
-            engine.jointPlacements[index],
-            engine.names[index],
-            engine.effortLimit[v : v + 1],
-            engine.velocityLimit[v : v + 1],
-            np.array([-np.inf]) if continuous else engine.lowerPositionLimit[joint.idx_q : joint.idx_q + 1],
-            np.array([np.inf]) if continuous else engine.upperPositionLimit[joint.idx_q : joint.idx_q + 1],
-        )
-        plain.appendBodyToJoint(index, engine.inertias[index], pin.SE3.Identity())
-    for frame in list(engine.frames)[1:]:
-        plain.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
-    return plain
-
-
-def _plain_joint(joint: pin.JointModel) -> pin.JointModel:
-    """The revolute joint with one coordinate about the axis of an unbounded one."""
-    kinds = {"JointModelRUBX": pin.JointModelRX, "JointModelRUBY": pin.JointModelRY, "JointModelRUBZ": pin.JointModelRZ}
-    if joint.shortname() in kinds:
-        return kinds[joint.shortname()]()
-    return pin.JointModelRevoluteUnaligned(joint.extract().axis)
 
 
 def urdf_estimates(path: str | Path = JACO2_URDF) -> tuple[Array, Friction]:

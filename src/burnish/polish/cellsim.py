@@ -11,7 +11,7 @@ from burnish.control.force import ForceMotion
 from burnish.control.joint import ComputedTorque
 from burnish.control.wrench import ContactSense, JointSense, WristSense
 from burnish.core import Array
-from burnish.model.ik import inverse, random_seeds
+from burnish.model.ik import inverse_kinematics
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
 from burnish.polish.cell import HOME, READY, nominal_placement, tool_down
@@ -67,9 +67,8 @@ def check_size(mould: Mould, tool: PolishingTool) -> None:
     low, high = mould.vertices.min(axis=0), mould.vertices.max(axis=0)
     corners = np.array([(x, y, high[2]) for x in (low[0] + MARGIN, high[0] - MARGIN)
                         for y in (low[1] + MARGIN, high[1] - MARGIN)])  # fmt: skip
-    seeds = [READY, *random_seeds(model, 8, np.random.default_rng(0))]
     for corner in nominal_placement(float(high[2])).points(corners):
-        inverse(model, corner, tool_down(model), seeds)
+        inverse_kinematics(model, corner, tool_down(model), READY)
 
 
 def plan_strokes(mould: Mould, grid: DistanceGrid, recipe: Recipe, tool: PolishingTool) -> list[Stroke]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from burnish.core import Array
 from burnish.errors import PlanError
-from burnish.model.ik import POSITION_TOLERANCE, ROTATION_TOLERANCE, inverse, random_seeds, solve
+from burnish.model.ik import POSITION_TOLERANCE, ROTATION_TOLERANCE, inverse_kinematics, solve
 from burnish.model.model import Model
 from burnish.polish.cell import READY
 from burnish.rotation import interpolate
@@ -41,8 +41,7 @@ def follow(model: Model, path: TimedPath, q0: Array = READY) -> JointPath:
         PlanError: if a pose is out of reach or within 5° of a joint limit, if the arm would have to jump to another
             solution, or if a joint would be faster than 90 % of its limit.
     """
-    seeds = [q0, *random_seeds(model, 8, np.random.default_rng(0))]
-    q = inverse(model, path.p[0], path.R[0], seeds)
+    q = inverse_kinematics(model, path.p[0], path.R[0], q0)
     joints, worst = [], 0.0
     for k in range(0, len(path.p), max(1, round(CHECK_EVERY / path.dt))):
         near, position, rotation = solve(model, path.p[k], path.R[k], q)

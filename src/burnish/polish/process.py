@@ -11,7 +11,7 @@ from burnish.control.force import ForceMotion
 from burnish.control.joint import ComputedTorque, GravityCompensation
 from burnish.core import Array, Controller, Dynamics, Ref, Sample, Source, State
 from burnish.errors import PlanError
-from burnish.model.ik import inverse, random_seeds
+from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
 from burnish.polish.cell import READY, Placement
 from burnish.polish.feasible import JointPath, follow, travel_time
@@ -112,7 +112,7 @@ class Job:
             self.placement.points(stroke.points[k : k + 1])[0],
             self.placement.directions(stroke.normals[k : k + 1])[0],
         )
-        return inverse(self.rig.model, p, tool_rotation(n, self.upright), self._seeds())
+        return inverse_kinematics(self.rig.model, p, tool_rotation(n, self.upright), READY)
 
     def run(self) -> Iterator[Sample]:
         """All samples of the job, to the arm at rest."""
@@ -133,7 +133,7 @@ class Job:
         targets = self.placement.points(points[order])
         outward = self.placement.directions(normals[order])
         first = targets[0] + (self.uncertainty + 0.05) * np.array([0.0, 0.0, 1.0])
-        q = inverse(self.rig.model, first, self.upright, self._seeds())
+        q = inverse_kinematics(self.rig.model, first, self.upright, READY)
         yield from self._joints(_nearest_turn(self.rig.model.lower, self.home, q))
         centres: list[Array] = []
         for p, n in zip(targets, outward, strict=True):
@@ -243,9 +243,6 @@ class Job:
         self.phase = phase
         self.on_phase(phase)
         yield from control(self.rig, source, law, until=until)
-
-    def _seeds(self) -> list[Array]:
-        return [READY, *random_seeds(self.rig.model, 8, np.random.default_rng(0))]
 
     def _arm(self) -> Dynamics:
         return self.rig.arm if self.rig.arm is not None else self.rig.read()

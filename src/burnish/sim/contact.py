@@ -105,11 +105,11 @@ class SphereOnSurface:
         slip2 = tx * tx + ty * ty + tz * tz
         drag = self.friction * fn / sqrt(slip2 + SLIP_SPEED * SLIP_SPEED)
         return Touch(
-            normal_force=fn,
-            force=(fn * nx - drag * tx, fn * ny - drag * ty, fn * nz - drag * tz),
-            normal=(nx, ny, nz),
-            point=(centre[0] - phi * nx, centre[1] - phi * ny, centre[2] - phi * nz),
-            slip=sqrt(slip2),
+            fn,
+            (fn * nx - drag * tx, fn * ny - drag * ty, fn * nz - drag * tz),
+            (nx, ny, nz),
+            (centre[0] - phi * nx, centre[1] - phi * ny, centre[2] - phi * nz),
+            sqrt(slip2),
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,9 @@ from burnish.model.friction import Friction
 
 ENCODER_COUNTS = np.array([3_686_400.0] * 3 + [2_534_400.0] * 3)
 """Position counts a turn behind the gears: 23,040 × 160 and 23,040 × 110 (data sheet, K-75+ and K-58)."""
+
+READINGS = 256
+"""Sensor readings whose noise is drawn at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +49,14 @@ class Plant:
     """Rotation vector from the nominal to the true mould, about its origin [rad], (3,)."""
     seed: int
     """Seed of the draws and of the noise."""
+
+    def sensor_errors(self) -> Iterator[Array]:
+        """Bias and noise of one reading after the other: of the torque sensors, then of the wrist sensor, (n + 6,)."""
+        rng = np.random.default_rng([self.seed, 8])
+        bias = np.concatenate([self.torque_bias, self.wrench_bias])
+        spread = np.concatenate([np.full(len(self.torque_bias), self.torque_noise), self.wrench_noise])
+        while True:
+            yield from bias + spread * rng.standard_normal((READINGS, len(bias)))
 
     @classmethod
     def ideal(cls, n: int = 6, seed: int = 0) -> Plant:

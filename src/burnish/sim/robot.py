@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from math import isfinite
 from time import perf_counter
 
 import mujoco
@@ -53,19 +54,33 @@ class SimRobot:
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
         self._data.qpos[: self._n] = q
-        self._limit = scene.effort_limit
+        self._limit = scene.effort_limit.tolist()
         self.period = 1.0 / rate
         self.late_cycles = 0
         self._read_at = 0.0
         self._rng = np.random.default_rng([self._plant.seed, 7])
+        self._errors = self._plant.sensor_errors()
         self._queue: deque[tuple[float, Array]] = deque()
         self._contact = (
             None if workpiece is None else SphereOnSurface(workpiece.grid, self._tool.tip_radius, self._tool.friction)
         )
         self._window = max(1, round(min(WRIST_FILTER, self.period) / TIMESTEP))
         self._velocity = np.zeros(6)
-        # Views into the engine's memory, made once.
-        self._tip_centre, self._push = self._data.xpos[self._tip], self._data.xfrc_applied[self._tip]
+        # Views into the engine's memory, made once: to look one up anew costs more than to read it.
+        data, n = self._data, self._n
+        self._tip_centre, self._push = data.xpos[self._tip], data.xfrc_applied[self._tip]
+        # The third column of the tool's rotation.
+        self._axis = data.xmat[self._tool_body][2::3]
+        self._qpos, self._qvel, self._qacc = data.qpos[:n], data.qvel[:n], data.qacc[:n]
+        self._applied, self._constraint, self._passive = (
+            data.qfrc_applied[:n],
+            data.qfrc_constraint[:n],
+            data.qfrc_passive[:n],
+        )
+        self._sensed, self._warnings = data.sensordata, data.warning.number
+        self._option = scene.model.opt
+        counts = self._plant.encoder_counts
+        self._per_radian = None if counts is None else counts / (2.0 * np.pi)
         self._touching = False
         self._steps = 0
         self._started = False
@@ -75,7 +90,7 @@ class SimRobot:
         mujoco.mj_forward(self._model, self._data)
         self._wrench = np.array(self._data.sensordata)
         # At rest the arm is held where it is, tip included, until the first command acts.
-        self._data.qfrc_applied[: self._n] = self._data.qfrc_bias[: self._n]
+        self._applied[:] = self._data.qfrc_bias[: self._n]
 
     def __enter__(self) -> Self:
         return self
@@ -104,9 +119,11 @@ class SimRobot:
 
     def write(self, command: Command) -> Array:
         """Send a torque; it acts after the plant's delay. Returns the torque after the driver's last clamp [N·m]."""
-        if not np.all(np.isfinite(command.tau)):
+        asked = command.tau.tolist()
+        if not all(map(isfinite, asked)):
             raise InputError(f"torque command {command.tau} is not finite; the driver does not send it")
-        tau = np.clip(command.tau, -self._limit, self._limit)
+        limits = zip(asked, self._limit, strict=True)
+        tau = np.array([-most if a < -most else most if a > most else a for a, most in limits])
         # Simulated time waits for the controller; a real arm would not.
         self.late_cycles += perf_counter() - self._read_at > self.period
         late = self._plant.delay
@@ -117,57 +134,48 @@ class SimRobot:
 
     def _advance(self, steps: int) -> None:
         """``steps`` physics steps with the queued commands and the contact."""
-        model, data, queue, truth = self._model, self._data, self._queue, self.truth
-        force = truth.normal_force.append
+        model, data, queue, option = self._model, self._data, self._queue, self._option
+        force = self.truth.normal_force.append
         touch = None
         read_from = steps - self._window
         self._wrench[:] = 0.0
         for step in range(steps):
             if step == max(read_from, 0):
-                model.opt.disableflags &= ~SENSORS_OFF
+                option.disableflags &= ~SENSORS_OFF
             while queue and queue[0][0] <= self._steps * TIMESTEP + 1e-9:
-                data.qfrc_applied[: self._n] = queue.popleft()[1]
+                self._applied[:] = queue.popleft()[1]
             mujoco.mj_step1(model, data)
             touch = self._touch()
             mujoco.mj_step2(model, data)
             self._steps += 1
             force(0.0 if touch is None else touch.normal_force)
             if step >= read_from:
-                self._wrench += data.sensordata
-        model.opt.disableflags |= SENSORS_OFF
+                self._wrench += self._sensed
+        option.disableflags |= SENSORS_OFF
         self._wrench /= min(steps, self._window)
-        if data.warning.number.any() or not np.all(np.isfinite(data.qvel)):
+        if self._warnings.any() or not all(map(isfinite, self._qvel.tolist())):
             raise SimulationError(f"the simulated arm diverged at t = {self.time:.3f} s; its numbers cannot be used")
         self._log(touch)
 
     def _measure(self) -> State:
         """The sensors at this instant."""
-        plant, data, n = self._plant, self._data, self._n
+        plant, n = self._plant, self._n
         q, t = self._encoders(), self.time
         if plant.encoder_counts is None:
-            dq = data.qvel[:n]
+            dq = self._qvel
         else:
             dq = (q - self._q_before) / (t - self._t_before) if t > self._t_before else np.zeros(n)
         self._q_before, self._t_before = q, t
-        link_side = (
-            data.qfrc_applied[:n] + data.qfrc_constraint[:n] + data.qfrc_passive[:n] - plant.armature * data.qacc[:n]
-        )
+        link_side = self._applied + self._constraint + self._passive - plant.armature * self._qacc
         # The engine's sensor gives what the arm exerts on the tool; a wrist sensor is read the other way round.
-        return State(
-            t=t,
-            q=q,
-            dq=dq,
-            tau=link_side + plant.torque_bias + plant.torque_noise * self._rng.normal(size=n),
-            F=-self._wrench + plant.wrench_bias + plant.wrench_noise * self._rng.normal(size=6),
-        )
+        off = next(self._errors)
+        return State(t=t, q=q, dq=dq, tau=link_side + off[:n], F=off[n:] - self._wrench)
 
     def _encoders(self) -> Array:
         """Joint positions as the encoders count them [rad]."""
-        q = np.array(self._data.qpos[: self._n])
-        counts = self._plant.encoder_counts
-        if counts is None:
-            return q
-        return np.asarray(np.round(q * counts / (2.0 * np.pi)) * (2.0 * np.pi) / counts)
+        if self._per_radian is None:
+            return np.array(self._qpos)
+        return np.asarray(np.rint(self._qpos * self._per_radian) / self._per_radian)
 
     def _touch(self) -> Touch | None:
         """The contact at this instant, applied to the tip."""
@@ -197,5 +205,4 @@ class SimRobot:
         truth.point.append(nowhere if touch is None else touch.point)
         truth.normal.append(nowhere if touch is None else touch.normal)
         truth.slip.append(0.0 if touch is None else touch.slip)
-        # The third column of the tool's rotation.
-        truth.axis.append(plain(self._data.xmat[self._tool_body][2::3]))
+        truth.axis.append(plain(self._axis))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import sqrt
 
 import numpy as np
@@ -54,6 +55,11 @@ class TimedPath:
     """Outward unit normal, base axes, (N, 3)."""
     force: Array
     """Wanted contact force [N], (N,)."""
+
+    @cached_property
+    def motion(self) -> Array:
+        """Position, twist and acceleration side by side, (N, 15): one row holds what is interpolated."""
+        return np.column_stack([self.p, self.v, self.a])
 
     @property
     def duration(self) -> float:
@@ -157,12 +163,15 @@ class SurfacePath:
             )
         k = min(int(x), last)
         f = x - k
+        here = path.motion[k]
+        between = here + f * (path.motion[k + 1] - here)
+        near = k + 1 if f > 0.5 else k
         return ToolReference(
-            p=path.p[k] + f * (path.p[k + 1] - path.p[k]),
-            R=path.R[k + 1] if f > 0.5 else path.R[k],
-            v=path.v[k] + f * (path.v[k + 1] - path.v[k]),
-            a=path.a[k] + f * (path.a[k + 1] - path.a[k]),
-            normal=path.normal[k + 1] if f > 0.5 else path.normal[k],
+            p=between[:3],
+            R=path.R[near],
+            v=between[3:9],
+            a=between[9:],
+            normal=path.normal[near],
             force=float(path.force[k]),
         )
 
