@@ -6,7 +6,7 @@ are what makes it hard. All in simulation.
 
 import numpy as np
 
-from burnish import ComputedTorque, Limits, Model, PolishingTool, Rig, SimRobot, Sine, Supervisor, control
+from burnish import ComputedTorque, Limits, Model, Rig, SimRobot, Sine, Supervisor, control
 from burnish.model.friction import Friction
 from burnish.sim import arms
 
@@ -15,7 +15,7 @@ AMPLITUDE, PERIOD = np.deg2rad(20.0), 8.0
 
 def tracking_error(arm: arms.Arm, friction: Friction | None) -> np.ndarray:
     """Root mean square of q_d − q over one period, a joint each [deg]."""
-    model = PolishingTool().on(Model.jaco2()).with_armature(arm.armature)
+    model = Model.jaco2().with_armature(arm.armature)
     robot = SimRobot(rate=100.0, plant=arm.plant)
     rig = Rig(robot, model, Supervisor(limits=Limits.of(model)))
     law = ComputedTorque.at_frequency(10.0, friction=friction)

@@ -160,7 +160,9 @@ def steps(rig: Rig, sources: list[Source[JointReference]], duration: float) -> l
     return samples
 
 
-@pytest.mark.parametrize("robot", [lambda: MockRobot([]), lambda: SimRobot(rate=500.0)], ids=["mock", "simulated"])
+@pytest.mark.parametrize(
+    "robot", [lambda: MockRobot([]), lambda: SimRobot(tool=TOOL, rate=500.0)], ids=["mock", "simulated"]
+)
 def test_behaviours_follow_each_other_without_a_gap(robot: Callable[[], Robot]) -> None:
     rig = rig_of(robot())
     sources = [Hold(), Cubic(q=HOME + 0.05, duration=0.08), Sine(amplitude=0.01, period=1.0), Hold()]
@@ -194,7 +196,7 @@ def test_every_measurement_is_answered_once() -> None:
     ids=["hold", "cubic", "sine"],
 )
 def test_computed_torque_tracks_on_the_ideal_arm(source: Source[JointReference], bound: float) -> None:
-    rig = rig_of(SimRobot())
+    rig = rig_of(SimRobot(tool=TOOL))
     errors = [
         np.abs(sample.reference.q - sample.arm.q).max()
         for sample in control(rig, source, stiff(), until=lambda arm: arm.t >= 1.6)
@@ -206,7 +208,7 @@ def test_computed_torque_tracks_on_the_ideal_arm(source: Source[JointReference],
 
 @pytest.mark.parametrize("source", [Hold(), Cubic(q=HOME + 0.1, duration=1.5)], ids=["hold", "cubic"])
 def test_gentle_motion_never_meets_the_supervisor(source: Source[JointReference]) -> None:
-    rig = rig_of(SimRobot())
+    rig = rig_of(SimRobot(tool=TOOL))
     for _ in control(rig, source, stiff(), until=lambda arm: arm.t >= 1.1):
         pass
     assert rig.supervisor.event is None

@@ -9,12 +9,39 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
+from burnish.control.adaptive import Adaptive
 from burnish.control.force import ForceMotion
+from burnish.control.gains import DampingRatio as DampingRatio
+from burnish.control.hybrid import Hybrid, HybridNullSpace
+from burnish.control.impedance import Impedance, InertiaShapingImpedance, RedundantImpedance
 from burnish.control.joint import ComputedTorque, GravityCompensation
+from burnish.control.nullspace import DynamicNullSpace, GeometricNullSpace, PostureReference
+from burnish.control.operational import OperationalSpace
+from burnish.control.secondary import LimitAvoidance as LimitAvoidance
+from burnish.control.secondary import Posture as Posture
+from burnish.control.task import JacobianTranspose, TaskComputedTorque
+from burnish.control.velocity import CartesianVelocity
 from burnish.control.wrench import JointSense as JointSense
 from burnish.control.wrench import WristSense as WristSense
 
-__all__ = ["ComputedTorque", "ForceMotion", "GravityCompensation"]
+__all__ = [
+    "Adaptive",
+    "CartesianVelocity",
+    "ComputedTorque",
+    "DynamicNullSpace",
+    "ForceMotion",
+    "GeometricNullSpace",
+    "GravityCompensation",
+    "Hybrid",
+    "HybridNullSpace",
+    "Impedance",
+    "InertiaShapingImpedance",
+    "JacobianTranspose",
+    "OperationalSpace",
+    "PostureReference",
+    "RedundantImpedance",
+    "TaskComputedTorque",
+]
 
 
 class _LawsAndLoop(ModuleType):

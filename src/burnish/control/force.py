@@ -7,10 +7,11 @@ from math import exp, sqrt
 
 import numpy as np
 
-from burnish.core import Array, Dynamics, ToolReference
+from burnish.control.checks import need_tool_reference
+from burnish.core import SINGULAR_MOBILITY, Array, Dynamics, ToolReference
 from burnish.errors import InputError
 from burnish.model.friction import Friction
-from burnish.rotation import rotation_vector_error
+from burnish.rotation import continuous_error
 
 STANDSTILL = 2e-3
 """Planned speed below which the friction of the tip is no longer fed forward in full [m/s]."""
@@ -99,9 +100,10 @@ class ForceMotion:
 
     def torque(self, arm: Dynamics, reference: ToolReference) -> Array:
         """Joint torques [N·m], (n,), gravity included."""
+        need_tool_reference(self, reference)
         dt, self._t = arm.t - self._t, arm.t
         # In plain floats: six numbers at a time they are twice as fast as arrays.
-        e = (reference.p - arm.p).tolist() + rotation_vector_error(arm.R, reference.R).tolist()
+        e = (reference.p - arm.p).tolist() + continuous_error(arm.R, reference.R).tolist()
         slip = (reference.v - arm.v).tolist()
         most = self.integral_acceleration
         grown = (i + dt * k * x for i, k, x in zip(self._integral, self._ki, e, strict=True))
@@ -118,7 +120,9 @@ class ForceMotion:
         if self.friction is not None:
             # J̄ v_d in two steps is cheaper than J̄.
             planned = arm.Minv_JT.dot(arm.Lambda.dot(reference.v))
-            tau += self.friction_share * self.friction.torque(planned)
+            # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
+            close = SINGULAR_MOBILITY * sqrt(float(np.vdot(arm.Lambda, arm.Lambda)))
+            tau += self.friction_share / (1.0 + close**8) * self.friction.torque(planned)
         return np.asarray(tau)
 
     def _force(

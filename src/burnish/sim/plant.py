@@ -49,6 +49,8 @@ class Plant:
     """Rotation vector from the nominal to the true mould, about its origin [rad], (3,)."""
     seed: int
     """Seed of the draws and of the noise."""
+    payload: float = 0.0
+    """Mass that hangs at the tool frame [kg], a point."""
 
     def sensor_errors(self) -> Iterator[Array]:
         """Bias and noise of one reading after the other: of the torque sensors, then of the wrist sensor, (n + 6,)."""

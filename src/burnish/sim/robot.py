@@ -44,12 +44,24 @@ class SimRobot:
         tool: PolishingTool | None = None,
         workpiece: Workpiece | None = None,
     ) -> None:
-        """An arm at rest at ``q`` [rad], held by its gravity torque, sampled at ``rate`` [Hz]."""
+        """An arm at rest at ``q`` [rad], held by its gravity torque, sampled at ``rate`` [Hz].
+
+        Args:
+            q: joint positions at the start [rad], (n,).
+            rate: sampling rate [Hz].
+            plant: what the arm really is; the ideal one, equal to `Model.jaco2`, without it.
+            tool: the tool in its hand, with a wrist sensor; a bare arm without wrist sensor without it.
+            workpiece: the mould under the tool.
+
+        Raises:
+            InputError: if the rate is out of range, or there is a mould but no tool.
+        """
         if not 20.0 <= rate <= 1.0 / TIMESTEP:
             raise InputError(f"rate {rate} Hz is out of range; expected 20 to {1.0 / TIMESTEP:.0f} Hz")
         self._plant = plant if plant is not None else Plant.ideal()
-        self._tool = tool if tool is not None else PolishingTool()
-        scene = build(self._tool, self._plant, workpiece)
+        if workpiece is not None and tool is None:
+            raise InputError("a work-piece without a tool: nothing would touch it; give SimRobot a PolishingTool")
+        scene = build(tool, self._plant, workpiece)
         self._n, self._tip, self._tool_body = scene.n, scene.tip, scene.tool
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
@@ -61,14 +73,16 @@ class SimRobot:
         self._rng = np.random.default_rng([self._plant.seed, 7])
         self._errors = self._plant.sensor_errors()
         self._queue: deque[tuple[float, Array]] = deque()
-        self._contact = (
-            None if workpiece is None else SphereOnSurface(workpiece.grid, self._tool.tip_radius, self._tool.friction)
-        )
+        self._contact = None
+        if workpiece is not None and tool is not None:
+            self._contact = SphereOnSurface(workpiece.grid, tool.tip_radius, tool.friction)
+        self._feels = tool is not None
         self._window = max(1, round(min(WRIST_FILTER, self.period) / TIMESTEP))
         self._velocity = np.zeros(6)
         # Views into the engine's memory, made once: to look one up anew costs more than to read it.
         data, n = self._data, self._n
         self._tip_centre, self._push = data.xpos[self._tip], data.xfrc_applied[self._tip]
+        self._on_hand, self._base = data.xfrc_applied[scene.hand], data.xmat[scene.base].reshape(3, 3)
         # The third column of the tool's rotation.
         self._axis = data.xmat[self._tool_body][2::3]
         self._qpos, self._qvel, self._qacc = data.qpos[:n], data.qvel[:n], data.qacc[:n]
@@ -132,6 +146,10 @@ class SimRobot:
         self._queue.append((self.time + late * self.period, tau))
         return tau
 
+    def push(self, F: Array) -> None:
+        """Somebody pushes the hand from now on: a wrench about the tool frame's origin, base axes [N, N·m], (6,)."""
+        self._on_hand[:3], self._on_hand[3:] = self._base @ F[:3], self._base @ F[3:]
+
     def _advance(self, steps: int) -> None:
         """``steps`` physics steps with the queued commands and the contact."""
         model, data, queue, option = self._model, self._data, self._queue, self._option
@@ -169,7 +187,8 @@ class SimRobot:
         link_side = self._applied + self._constraint + self._passive - plant.armature * self._qacc
         # The engine's sensor gives what the arm exerts on the tool; a wrist sensor is read the other way round.
         off = next(self._errors)
-        return State(t=t, q=q, dq=dq, tau=link_side + off[:n], F=off[n:] - self._wrench)
+        felt = off[n:] - self._wrench if self._feels else None
+        return State(t=t, q=q, dq=dq, tau=link_side + off[:n], F=felt)
 
     def _encoders(self) -> Array:
         """Joint positions as the encoders count them [rad]."""

@@ -25,7 +25,7 @@ TIMESTEP = 0.5e-3
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 """Gravity in the base frame [m/s²]."""
-BASE = "link_base"
+BASE, HAND = "link_base", "end_effector"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,11 +35,15 @@ class Scene:
     model: Any
     """mujoco.MjModel."""
     n: int
-    """Number of arm joints; the tip's slide is one more."""
+    """Number of arm joints; the slide of a tool's tip is one more."""
+    base: int
+    """Body of the arm's base."""
+    hand: int
+    """Body of the tool frame."""
     tip: int
-    """Body of the felt tip; its frame's origin is the tip's centre."""
+    """Body of the felt tip; its frame's origin is the tip's centre. The hand where there is no tool."""
     tool: int
-    """Body of the tool; its frame is the wrist sensor's."""
+    """Body of the tool; its frame is the wrist sensor's. The hand where there is no tool."""
     effort_limit: Array
     """Largest joint torques of the description [N·m], (n,)."""
 
@@ -55,8 +59,8 @@ class Workpiece:
     """Rotation, base ← mould, (3, 3)."""
 
 
-def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Scene:
-    """Compile the arm of a plant with a tool in its hand; contact and self-healing of the engine are off.
+def build(tool: PolishingTool | None, plant: Plant, workpiece: Workpiece | None) -> Scene:
+    """Compile the arm of a plant, with a tool in its hand or without; contact and self-healing of the engine are off.
 
     The frame of MuJoCo's world is the frame of the mould, where it really stands: the arm's base is placed in it
     and gravity turned, so that the contact needs no change of axes.
@@ -64,22 +68,13 @@ def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Sce
     spec = mujoco.MjSpec.from_file(str(JACO2_URDF))
     joints = list(spec.joints)
     n = len(joints)
-    hand = spec.body("end_effector")
-    body = hand.add_body(name="tool")
-    _inertial(body, tool.body_mass, (0.0, 0.0, tool.body_com), tool.body_inertia)
-    body.add_site(name="wrist")
-    tip = body.add_body(name="tip", pos=[0.0, 0.0, tool.tip_centre])
-    _inertial(tip, tool.tip_mass, (0.0, 0.0, 0.0), tool.tip_inertia)
-    tip.add_joint(
-        name="tip",
-        type=mujoco.mjtJoint.mjJNT_SLIDE,
-        axis=[0.0, 0.0, 1.0],
-        stiffness=tool.stiffness,
-        damping=tool.damping,
-    )
-    wrist = mujoco.mjtObj.mjOBJ_SITE
-    spec.add_sensor(name="force", type=mujoco.mjtSensor.mjSENS_FORCE, objtype=wrist, objname="wrist")
-    spec.add_sensor(name="torque", type=mujoco.mjtSensor.mjSENS_TORQUE, objtype=wrist, objname="wrist")
+    hand = spec.body(HAND)
+    if plant.payload > 0.0:
+        # A point mass; the engine wants some extent, and a millimetre is none.
+        load = hand.add_body(name="payload")
+        _inertial(load, plant.payload, (0.0, 0.0, 0.0), np.full(3, 1e-6 * plant.payload))
+    if tool is not None:
+        _mount(tool, spec, hand)
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -96,13 +91,43 @@ def build(tool: PolishingTool, plant: Plant, workpiece: Workpiece | None) -> Sce
     model.dof_armature[:n] = plant.armature
     model.dof_damping[:n] = plant.friction.viscous
     model.dof_frictionloss[:n] = plant.friction.coulomb
-    moving = [model.body(joint.parent.name).id for joint in joints]
-    tool_bodies = [model.body("tool").id, model.body("tip").id]
-    for ids, scale in zip([[m] for m in moving] + [tool_bodies], plant.mass_scale, strict=True):
+    moving = [[model.body(joint.parent.name).id] for joint in joints]
+    tools = [model.body(name).id for name in ("tool", "tip")] if tool is not None else []
+    for ids, scale in zip([*moving, tools], plant.mass_scale, strict=True):
         model.body_mass[ids] *= scale
         model.body_inertia[ids] *= scale
+    # External forces act on a body's centre of mass; of the massless hand that is to be its origin.
+    model.body_ipos[model.body(HAND).id] = 0.0
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    return Scene(model=model, n=n, tip=model.body("tip").id, tool=model.body("tool").id, effort_limit=effort)
+    wrist, end = tools if tools else [model.body(HAND).id] * 2
+    return Scene(
+        model=model,
+        n=n,
+        base=model.body(BASE).id,
+        hand=model.body(HAND).id,
+        tip=end,
+        tool=wrist,
+        effort_limit=effort,
+    )
+
+
+def _mount(tool: PolishingTool, spec: Any, hand: Any) -> None:
+    """Body, wrist sensor and sprung tip of a tool on the hand."""
+    body = hand.add_body(name="tool")
+    _inertial(body, tool.body_mass, (0.0, 0.0, tool.body_com), tool.body_inertia)
+    body.add_site(name="wrist")
+    tip = body.add_body(name="tip", pos=[0.0, 0.0, tool.tip_centre])
+    _inertial(tip, tool.tip_mass, (0.0, 0.0, 0.0), tool.tip_inertia)
+    tip.add_joint(
+        name="tip",
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0.0, 0.0, 1.0],
+        stiffness=tool.stiffness,
+        damping=tool.damping,
+    )
+    wrist = mujoco.mjtObj.mjOBJ_SITE
+    spec.add_sensor(name="force", type=mujoco.mjtSensor.mjSENS_FORCE, objtype=wrist, objname="wrist")
+    spec.add_sensor(name="torque", type=mujoco.mjtSensor.mjSENS_TORQUE, objtype=wrist, objname="wrist")
 
 
 def _inertial(body: Any, mass: float, com: tuple[float, float, float], inertia: np.ndarray[Any, Any]) -> None:

@@ -1,0 +1,131 @@
+"""A short job of the honest arm on the plate, to time the parts of a control cycle and the whole of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from time import perf_counter, perf_counter_ns, process_time
+
+from common import pieces_of
+from typing_extensions import Self
+
+from burnish.core import Array, Command, Sample, State
+from burnish.model.tool import PolishingTool
+from burnish.polish.cellsim import WristFelt, plan_strokes, simulated_job
+from burnish.polish.process import Job
+from burnish.polish.recipe import Recipe
+from burnish.polish.stroke import Stroke
+from burnish.sim import arms
+from burnish.sim.robot import SimRobot
+from burnish.surface import DistanceGrid, Mould
+
+
+@dataclass(kw_only=True)
+class Replay:
+    """A robot that costs nothing: it hands out recorded states and takes any command."""
+
+    states: Iterator[State]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        """Nothing to leave."""
+
+    def read(self) -> State:
+        """The next recorded state."""
+        return next(self.states)
+
+    def write(self, command: Command) -> Array:
+        """Applied as it is."""
+        return command.tau
+
+
+@dataclass(kw_only=True)
+class TimedRobot:
+    """The simulated arm, with the time of its physics steps [ns] while it touches."""
+
+    robot: SimRobot
+    steps: list[float] = field(default_factory=list)
+
+    def __enter__(self) -> Self:
+        self.robot.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.robot.__exit__(*exception)
+
+    def read(self) -> State:
+        """As the robot does; what the sensors cost is shared among the steps."""
+        force = self.robot.truth.normal_force
+        before, start = len(force), perf_counter_ns()
+        state = self.robot.read()
+        taken = perf_counter_ns() - start
+        if len(force) > before and force[-1] > 0.0:
+            self.steps.append(taken / (len(force) - before))
+        return state
+
+    def write(self, command: Command) -> Array:
+        """As the robot does."""
+        return self.robot.write(command)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Work:
+    """A short job on the plate."""
+
+    mould: Mould
+    grid: DistanceGrid
+    tool: PolishingTool
+    strokes: list[Stroke]
+
+    @classmethod
+    def of(cls, pieces: int) -> Work:
+        """Pieces of the plate's tool path, spread over it."""
+        mould, tool = Mould.load("plate", "mm"), PolishingTool()
+        grid = DistanceGrid.of(mould)
+        strokes = pieces_of(plan_strokes(mould, grid, Recipe(), tool), pieces)
+        return cls(mould=mould, grid=grid, tool=tool, strokes=strokes)
+
+    def job(self, rate: float) -> tuple[Job, SimRobot]:
+        """The job of an honest arm."""
+        arm = arms.honest(1)
+        return simulated_job(
+            self.grid, self.strokes, arm, rate=rate, felt=WristFelt(), tool=self.tool, on_phase=lambda phase: None
+        )
+
+
+def into_pass(job: Job) -> Iterator[Sample]:
+    """The samples of a job, gone on to where the force has settled."""
+    samples = job.run()
+    start = None
+    for sample in samples:
+        if job.phase == "pass":
+            start = sample.arm.t if start is None else start
+            if sample.arm.t - start > 1.5:
+                return samples
+    raise SystemExit(f"step: the job did not reach a pass: {job.failure or job.rig.supervisor.event}")
+
+
+def real_time_factor(work: Work, rate: float) -> dict[str, float]:
+    """Simulated over wall time of a job and of its passes, without recording and report."""
+    job, robot = work.job(rate)
+    in_pass, wall_in_pass, last = 0.0, 0.0, perf_counter()
+    begin, before, processor = last, 0.0, process_time()
+    with robot:
+        for _ in job.run():
+            now = perf_counter()
+            if job.phase == "pass":
+                in_pass += robot.time - before
+                wall_in_pass += now - last
+            last, before = now, robot.time
+    if job.failure or job.rig.supervisor.tripped:
+        raise SystemExit(f"step: the job ended early: {job.failure or job.rig.supervisor.event}")
+    return {
+        "rate_Hz": rate,
+        "job": robot.time / (perf_counter() - begin),
+        "pass": in_pass / wall_in_pass,
+        "job_by_processor": robot.time / (process_time() - processor),
+        "simulated_s": robot.time,
+        "late_cycles": float(robot.late_cycles),
+    }
