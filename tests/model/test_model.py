@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -334,3 +337,16 @@ def test_packaged_description_carries_estimates_for_every_joint() -> None:
     for values in (armature, friction.coulomb, friction.viscous):
         assert values.shape == (6,)
         assert np.all(values > 0.0)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda model: pickle.loads(pickle.dumps(model))])
+def test_a_copy_has_a_work_space_of_its_own(copied: Callable[[Model], Model]) -> None:
+    model = Model.jaco2().with_armature(0.1).with_payload(0.5)
+    twin = copied(model)
+    here, there = State(t=0.0, q=np.full(6, 1.0), dq=np.full(6, 0.3)), State(t=0.0, q=np.full(6, 2.0), dq=np.zeros(6))
+    want = model.at(here)
+    twin.at(there)
+    got = model.at(here)
+    assert_allclose(got.M, want.M, atol=0.0)
+    assert_allclose(twin.at(here).p, want.p, atol=0.0)
+    assert_allclose(twin.at(here).h, want.h, atol=1e-15)

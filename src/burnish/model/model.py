@@ -32,8 +32,11 @@ class Model:
             frames = ", ".join(frame.name for frame in engine.frames if frame.name != "universe")
             raise DescriptionError(f"tool frame '{tool}' does not exist in {engine.name}; it has: {frames}")
         self._engine = engine
-        self._data = engine.createData()
+        self._data = data = engine.createData()
         self._tool = engine.getFrameId(tool)
+        # Views into the engine's work space, made once: to look one up costs more than to copy it.
+        self._M, self._bias, self._g = data.M, data.nle, data.g
+        self._p, self._R = data.oMf[self._tool].translation, data.oMf[self._tool].rotation
         self.n: int = engine.nv
         self.name: str = engine.name
         self.tool: str = tool
@@ -55,6 +58,10 @@ class Model:
         self.friction: Friction | None = friction
         """Friction of the joints, for the laws that compensate it; None unless `with_friction` gave one. No term of
         `Dynamics` contains it."""
+
+    def __reduce__(self) -> tuple[type[Model], tuple[pin.Model, str, Friction | None]]:
+        """A copy, or one in another process, gets a work space of its own."""
+        return Model, (self._engine, self.tool, self.friction)
 
     @classmethod
     def jaco2(cls) -> Model:
@@ -162,21 +169,21 @@ class Model:
             raise InputError(f"the state has {len(state.q)} joints, {self.name} has {self.n}")
         engine, data = self._engine, self._data
         pin.computeAllTerms(engine, data, state.q, state.dq)
-        tool = pin.updateFramePlacement(engine, data, self._tool)
+        pin.updateFramePlacement(engine, data, self._tool)
         # One joint alone gives a vector.
         J = pin.getFrameJacobian(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED).reshape(6, self.n)
         dJdq = pin.getFrameClassicalAcceleration(engine, data, self._tool, pin.LOCAL_WORLD_ALIGNED)
-        g = data.g.copy()
+        g = self._g.copy()
         return Dynamics.of(
             t=state.t,
             q=state.q,
             dq=state.dq,
-            p=tool.translation.copy(),
-            R=tool.rotation.copy(),
+            p=self._p.copy(),
+            R=self._R.copy(),
             J=J,
             dJdq=dJdq.vector.copy(),
-            M=data.M.copy(),
-            h=data.nle - g,
+            M=self._M.copy(),
+            h=self._bias - g,
             g=g,
             tau=state.tau,
             F=None,
@@ -186,8 +193,7 @@ class Model:
         """Tool position [m], rotation and Jacobian at ``q``, as in `Dynamics`, without the dynamics."""
         engine, data = self._engine, self._data
         J = pin.computeFrameJacobian(engine, data, q, self._tool, pin.LOCAL_WORLD_ALIGNED)
-        tool = data.oMf[self._tool]
-        return tool.translation.copy(), tool.rotation.copy(), J.reshape(6, self.n)
+        return self._p.copy(), self._R.copy(), J.reshape(6, self.n)
 
     def link_poses(self, q: ArrayLike) -> dict[str, Array]:
         """Pose of every frame of the description, base ← frame, as name → (4, 4) homogeneous matrix."""
