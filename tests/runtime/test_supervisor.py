@@ -15,8 +15,10 @@ from burnish.runtime.supervisor import Limits, Supervisor
 MODEL = Model.jaco2()
 LIMITS = Limits.of(MODEL)
 HOME = np.array([4.8046852, 2.924825, 1.002, 4.2031852, 1.4458, 1.3233])
+LOOSE = replace(LIMITS, speed=np.full(6, 1e9))
+"""Without a speed limit the torques themselves can be looked at, however fast they would make the arm."""
 STRONG = np.array([20.0, 20.0, 20.0, 5.0, 5.0, 5.0])
-"""A torque that moves the arm and is within its limits."""
+"""A torque that moves the arm, and is within its torque limits."""
 
 
 def arm_at(t: float = 0.0, **changes: Any) -> Dynamics:
@@ -60,7 +62,7 @@ CAUSES = {
 
 
 def test_torque_within_limits_passes_untouched() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     assert_allclose(supervisor.filter(arm_at(), STRONG), STRONG, atol=0.0)
     assert not supervisor.tripped
     assert supervisor.clamped == 0
@@ -69,12 +71,13 @@ def test_torque_within_limits_passes_untouched() -> None:
 @pytest.mark.parametrize("share", [0.999, 1.0])
 def test_speed_up_to_its_limit_passes(share: float) -> None:
     supervisor = Supervisor(limits=LIMITS)
-    supervisor.filter(arm_at(dq=share * LIMITS.speed), STRONG)
+    arm = arm_at(dq=share * LIMITS.speed)
+    supervisor.filter(arm, arm.g + arm.h)
     assert not supervisor.tripped
 
 
 def test_tool_force_up_to_its_limit_passes() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(F=np.array([0.0, 0.0, 25.0, 9.0, 9.0, 9.0])), STRONG)
     assert not supervisor.tripped
 
@@ -131,7 +134,7 @@ def test_after_a_broken_reading_the_arm_is_held_where_it_was_last_seen(cause: st
 
 
 def test_broken_reading_repeats_the_last_torque() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(), STRONG)
     sent = supervisor.filter(replace(broken("position")[0], t=0.01), STRONG)
     assert_allclose(sent, STRONG, atol=0.0)
@@ -153,7 +156,7 @@ def test_after_too_much_force_the_tool_retreats_along_it() -> None:
 
 
 def test_too_much_force_is_told_from_the_moment() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(F=np.array([0.0, 0.0, 0.0, 99.0, 0.0, 0.0])), STRONG)
     assert not supervisor.tripped
 
@@ -162,13 +165,13 @@ def test_too_much_force_is_told_from_the_moment() -> None:
 
 
 def test_torque_beyond_its_limit_is_clamped() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     sent = supervisor.filter(arm_at(), np.array([99.0, -99.0, 1.0, 99.0, -99.0, 1.0]))
     assert_allclose(sent, [30.5, -30.5, 1.0, 6.8, -6.8, 1.0])
 
 
 def test_torque_changes_no_faster_than_its_rate() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(), np.zeros(6))
     for i in range(1, 4):
         sent = supervisor.filter(arm_at(t=0.01 * i), STRONG)
@@ -176,20 +179,20 @@ def test_torque_changes_no_faster_than_its_rate() -> None:
 
 
 def test_torque_falls_no_faster_than_its_rate() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(), np.zeros(6))
     assert_allclose(supervisor.filter(arm_at(t=0.01), -STRONG), np.maximum(-STRONG, -3.0), atol=1e-12)
 
 
 def test_trip_changes_the_torque_no_faster_than_its_rate() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(), STRONG)
     sent = supervisor.filter(arm_at(t=0.01), np.full(6, np.nan))
     assert np.abs(sent - STRONG).max() <= 3.0 + 1e-12
 
 
 def test_clamped_cycles_are_counted() -> None:
-    supervisor = Supervisor(limits=LIMITS)
+    supervisor = Supervisor(limits=LOOSE)
     for i, torque in enumerate([STRONG, STRONG, 9.0 * STRONG, STRONG, STRONG]):
         supervisor.filter(arm_at(t=0.01 * i), torque)
     # The way up is cut once; from a clamp of 3 N·m the way back is free.
@@ -243,10 +246,18 @@ def test_limits_of_a_model_are_those_of_its_description() -> None:
     assert_allclose(LIMITS.speed, MODEL.velocity_limit)
 
 
+EACH_JOINT = ("torque", "speed", "stiffness", "damping", "deviation", "lower", "upper")
+SIGNED = ("lower", "upper", "box_low", "box_high")
+ABSENT = ("deviation", "tool_speed", "energy", *SIGNED)
+
+
 @pytest.mark.parametrize("name", [field.name for field in fields(Limits)])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
 def test_limit_that_is_none_is_refused_by_name(name: str, value: float) -> None:
-    bad = one(LIMITS.torque, 2, value) if name in ("torque", "speed", "stiffness", "damping") else value
+    if (name in SIGNED and not np.isnan(value)) or (name in ABSENT and value == np.inf):
+        pytest.skip("that is a limit, or none is wanted")
+    bad: Any = one(np.ones(6), 2, value) if name in EACH_JOINT else value
+    bad = np.full(3, value) if name.startswith("box") else bad
     with pytest.raises(InputError, match=f"limits: {name} ="):
         replace(LIMITS, **{name: bad})
 

@@ -21,7 +21,8 @@ from burnish.polish.recipe import MARGIN, Recipe
 from burnish.polish.stroke import Stroke
 from burnish.polish.toolpath import raster
 from burnish.runtime.loop import Rig
-from burnish.runtime.supervisor import Limits, Supervisor
+from burnish.runtime.limits import Limits
+from burnish.runtime.supervisor import Supervisor
 from burnish.sim.arms import Arm
 from burnish.sim.robot import SimRobot
 from burnish.sim.scene import Workpiece
@@ -112,7 +113,7 @@ def simulated_job(
     model = tool.on(Model.jaco2()).with_armature(arm.armature)
     workpiece = Workpiece(grid=grid if real_grid is None else real_grid, p=placement.p, R=placement.R)
     robot = SimRobot(HOME, rate=rate, plant=arm.plant, tool=tool, workpiece=workpiece)
-    rig = Rig(robot, model, Supervisor(limits=Limits.of(model)), felt.sense(tool))
+    rig = Rig(robot, model, Supervisor(limits=Limits.jaco2(), period=1.0 / rate), felt.sense(tool))
     job = Job(
         rig=rig,
         tool=tool,

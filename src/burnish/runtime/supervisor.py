@@ -1,63 +1,41 @@
-"""`Supervisor`: the last word on every torque; it clamps, and once it has tripped it stays tripped."""
+"""`Supervisor`: the last word on every torque; it softens, clamps, and once it has tripped it holds the arm."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from burnish.core import Array, Dynamics, read_only
-from burnish.errors import InputError
+from burnish.core import Array, Dynamics
 from burnish.inverse import damped_spd_inverse
-from burnish.model.model import Model
+from burnish.runtime.guards import SLOW, Cause, Guards, finite
+from burnish.runtime.limits import Limits as Limits
 
 SHORTEST = 1e-4
 """Shortest time step that the rate clamp believes in [s]."""
 SINGULAR = 1e-3
 """Smallest eigenvalue of J Jᵀ below which the way back is damped."""
+BRAKE = 10.0
+"""Deceleration of that brake by the speed above the share [1/s]; slow against the cycles of any loop."""
+PUSH_BACK = 25.0
+"""Acceleration away from a joint limit by the way inside the soft margin [1/s²]."""
+CLEAR_FOR = 1.0
+"""Time without a cause after which a hold may be acknowledged [s]."""
+TOO_OFTEN, WITHIN = 3, 60.0
+"""Holds within this time [s] that make a fault."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Limits:
-    """What no command and no state may exceed."""
+class Mode(Enum):
+    """What the supervisor lets through."""
 
-    torque: Array
-    """Largest joint torque [N·m], (n,)."""
-    torque_rate: float = 300.0
-    """Largest change of a joint torque [N·m/s]."""
-    speed: Array
-    """Joint speed at which the arm is stopped [rad/s], (n,)."""
-    tool_force: float = 25.0
-    """Contact force at which the tool retreats [N]."""
-    stiffness: Array
-    """Of the hold after a trip [N·m/rad], (n,)."""
-    damping: Array
-    """Of the hold after a trip [N·m·s/rad], (n,)."""
-    retreat: float = 0.02
-    """Distance by which the tool retreats along the contact force after too much of it [m]."""
-
-    def __post_init__(self) -> None:
-        for name in ("torque", "speed", "stiffness", "damping"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
-        for name, value in vars(self).items():
-            if not (np.all(np.isfinite(value)) and np.all(np.asarray(value) > 0.0)):
-                raise InputError(f"limits: {name} = {value}; expected finite numbers more than 0")
-
-    @classmethod
-    def of(cls, model: Model) -> Limits:
-        """The description's torque and speed limits, and a soft hold scaled to the joints' torque.
-
-        The hold is 120/25 N·m/rad and 12/3 N·m·s/rad on the JACO2: stiff enough to carry an unknown kilogram
-        within 50 mm, soft enough to give way to a hand.
-        """
-        strong = model.effort_limit > 0.5 * model.effort_limit.max()
-        return cls(
-            torque=model.effort_limit,
-            speed=model.velocity_limit,
-            stiffness=np.where(strong, 120.0, 25.0),
-            damping=np.where(strong, 12.0, 3.0),
-        )
+    TORQUE = "torque"
+    """The law's torque, softened and clamped."""
+    HOLD = "hold"
+    """The safe torque, until somebody acknowledges."""
+    FAULT = "fault"
+    """The safe torque, until somebody has read the cause and resets."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,28 +46,49 @@ class Event:
     """Time [s]."""
     cause: str
     """What was found, and the limit."""
+    fault: bool = False
+    """Whether it was a fault."""
 
 
 @dataclass(kw_only=True)
 class Supervisor:
     """Checks every state and every torque between the law and the robot.
 
-    Order: finite state and clock → joint speed → tool force → finite torque → absolute clamp → rate clamp.
+    Order: finite state and clock → length → freshness → plausible, joint speed → position, work space → tool force,
+    tool speed, energy → finite torque → soft limits → absolute clamp → rate clamp → joint speed ahead.
 
-    A trip latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint positions of
-    that instant; after too much tool force q₀ lies a little way back along the force. No exception leaves it, nothing
-    resets it. Joint by joint in plain floats: for six numbers that is faster than arrays.
+    Near a limit the torque is softened first: a joint that is fast is braked, one near its limit is pushed back. A trip
+    latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint positions of that
+    instant; after too much tool force q₀ lies a little way back along the force. No exception leaves it, and nothing
+    but `acknowledge` or `reset` ends it.
     """
 
     limits: Limits
+    period: float | None = None
+    """Nominal time between two samples [s]; with it, cycles that come late are noticed."""
+    mode: Mode = field(default=Mode.TORQUE, init=False)
+    """What is let through."""
     event: Event | None = field(default=None, init=False)
-    """The trip, or None."""
+    """The trip that holds the arm, or None."""
     clamped: int = field(default=0, init=False)
     """Cycles in which a torque was clamped."""
+    softened: int = field(default=0, init=False)
+    """Cycles in which a joint was braked or pushed back from its limit."""
+    _guards: Guards = field(init=False, repr=False)
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _seen: Array | None = field(default=None, init=False, repr=False)
     _last: list[float] | None = field(default=None, init=False, repr=False)
     _t: float = field(default=-inf, init=False, repr=False)
+    _clear_since: float = field(default=inf, init=False, repr=False)
+    _holds: list[float] = field(default_factory=list, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._guards = Guards(limits=self.limits, period=self.period)
+        low, high = self.limits.within(self.limits.soft_margin, 0.1)
+        slow = SLOW * self.limits.speed
+        self._most, self._off = self.limits.torque.tolist(), self.limits.deviation.tolist()
+        self._free = [inf] * len(self._most)
+        self._soft_rows = list(zip(low.tolist(), high.tolist(), slow.tolist(), strict=True))
 
     @property
     def tripped(self) -> bool:
@@ -98,45 +97,70 @@ class Supervisor:
 
     def filter(self, arm: Dynamics, torque: Array) -> Array:
         """The torque that may be sent [N·m], (n,)."""
-        if self.event is None:
-            cause = self._cause(arm, torque)
+        cause = self._guards.state(arm)
+        period = arm.t - self._t if isfinite(arm.t) and isfinite(self._t) else 0.0
+        if cause is None and self.event is None:
+            cause = self._guards.command(torque)
+        if cause is None and self.event is None:
+            soft = torque if self._guards.calm else self._soften(arm, torque)
+            sent = self._clamp(arm, soft, period)
+            cause = self._guards.ahead(arm, np.array(sent), period)
             if cause is None:
                 self._seen = arm.q
-            else:
-                self._trip(arm, cause)
-        if self.event is not None:
-            torque = self._safe(arm)
-        return self._clamp(arm, torque)
+                return self._send(arm, sent)
+        self._note(arm, cause)
+        safe = self._safe(arm)
+        return self._send(arm, self._clamp(arm, safe, period))
 
-    def _cause(self, arm: Dynamics, torque: Array) -> str | None:
-        limits = self.limits
-        if not (isfinite(arm.t) and _finite(arm.q) and _finite(arm.dq)):
-            return "the measured state is not finite"
-        for speed, limit in zip(arm.dq.tolist(), limits.speed.tolist(), strict=True):
-            if not -limit <= speed <= limit:
-                joint = 1 + int(np.argmax(np.abs(arm.dq) / limits.speed))
-                return f"joint {joint} moved at {abs(speed):.2f} rad/s; the limit is {limit:.2f} rad/s"
-        if arm.F is not None:
-            fx, fy, fz, *_ = arm.F.tolist()
-            force = sqrt(fx * fx + fy * fy + fz * fz)
-            if not force <= limits.tool_force:
-                return f"the tool force reached {force:.1f} N; the limit is {limits.tool_force:.0f} N"
-        if torque.shape != limits.torque.shape:
-            return f"the control law gave a torque of shape {torque.shape}; expected {limits.torque.shape}"
-        if not _finite(torque):
-            return "the control law gave a torque that is not finite"
+    def acknowledge(self) -> str | None:
+        """Somebody has seen why the arm is held, and lets the law go on; says what stands against it, or None."""
+        if self.mode is not Mode.HOLD:
+            return None if self.mode is Mode.TORQUE else "this is a fault: read its cause and reset"
+        if not self._t - self._clear_since >= CLEAR_FOR:
+            return f"the cause has not been clear for {CLEAR_FOR:g} s"
+        self.mode, self.event = Mode.TORQUE, None
         return None
 
-    def _trip(self, arm: Dynamics, cause: str) -> None:
-        self.event = Event(t=arm.t, cause=cause)
-        if _finite(arm.q):
-            self._hold = arm.q + self._way_back(arm)
-        elif self._seen is not None:
-            self._hold = self._seen
+    def reset(self, seen: Event) -> None:
+        """Somebody has read ``seen``, the event that holds the arm: the supervisor is as new."""
+        if seen is self.event:
+            self.mode, self.event = Mode.TORQUE, None
+            self._guards, self._holds = Guards(limits=self.limits, period=self.period), []
+
+    def _note(self, arm: Dynamics, cause: Cause | None) -> None:
+        """Latch a cause; while the arm is held, remember since when there is none."""
+        if self.event is None and cause is not None:
+            self._holds = [t for t in self._holds if self._t - t < WITHIN] + [self._t]
+            fault = cause.fault or len(self._holds) >= TOO_OFTEN
+            self.mode = Mode.FAULT if fault else Mode.HOLD
+            self.event = Event(t=arm.t, cause=cause.text, fault=fault)
+            if finite(arm.q):
+                self._hold = arm.q + self._way_back(arm)
+            elif self._seen is not None:
+                self._hold = self._seen
+        elif cause is not None and cause.fault and self.mode is Mode.HOLD:
+            self.mode = Mode.FAULT
+            self.event = Event(t=arm.t, cause=cause.text, fault=True)
+        if cause is not None:
+            self._clear_since = inf
+        elif self._clear_since == inf:
+            self._clear_since = arm.t
+
+    def _soften(self, arm: Dynamics, torque: Array) -> Array:
+        """The torque with what brakes a fast joint, and what pushes one back from its limit."""
+        soft = []
+        for q, dq, (low, high, slow) in zip(arm.q.tolist(), arm.dq.tolist(), self._soft_rows, strict=True):
+            over, inside = dq - between(dq, -slow, slow), q - between(q, low, high)
+            soft.append(-BRAKE * over - PUSH_BACK * inside)
+        if not any(soft):
+            return torque
+        self.softened += 1
+        # As an acceleration: a spring or a damper that suits the shoulder would shake the wrist.
+        return np.asarray(torque + arm.M.dot(np.array(soft)))
 
     def _way_back(self, arm: Dynamics) -> Array:
         """Joint motion that takes the tool off along too large a contact force [rad], (n,); else none."""
-        if arm.F is None or not _finite(arm.F) or not _finite(arm.J.ravel()):
+        if arm.F is None or not finite(arm.F) or not finite(arm.J.ravel()):
             return np.zeros(len(arm.q))
         force = arm.F[:3]
         size = sqrt(float(force @ force))
@@ -148,38 +172,39 @@ class Supervisor:
 
     def _safe(self, arm: Dynamics) -> Array:
         limits = self.limits
-        if len(self._hold) != len(arm.q) and _finite(arm.q):
+        if len(self._hold) != len(arm.q) and finite(arm.q):
             # Tripped before anything was seen: hold the first position that can be believed.
             self._hold = arm.q
         if len(self._hold) == len(arm.q):
             safe = arm.g - limits.damping * arm.dq + limits.stiffness * (self._hold - arm.q)
-            if _finite(safe):
+            if finite(safe):
                 return np.asarray(safe)
         # The state itself is broken: the last torque that was sent is the best guess of the arm's weight.
         return np.zeros(len(limits.torque)) if self._last is None else np.array(self._last)
 
-    def _clamp(self, arm: Dynamics, torque: Array) -> Array:
-        limits = self.limits
-        asked = torque.tolist()
-        sent = [_between(tau, -most, most) for tau, most in zip(asked, limits.torque.tolist(), strict=True)]
-        if self._last is not None:
-            # A clock that stands, or is no number, allows what the shortest period would.
-            period = arm.t - self._t if isfinite(arm.t) and isfinite(self._t) else 0.0
-            step = limits.torque_rate * max(period, SHORTEST)
-            sent = [_between(tau, old - step, old + step) for tau, old in zip(sent, self._last, strict=True)]
-        if sent != asked:
-            self.clamped += 1
+    def _clamp(self, arm: Dynamics, wanted: Array, period: float) -> list[float]:
+        """Deviation from gravity, absolute clamp and rate clamp; counts the cycles in which something was cut."""
+        asked = wanted.tolist()
+        # Gravity of a broken state is no centre to stay near, and without an earlier torque there is no rate.
+        weight, off = (arm.g.tolist(), self._off) if finite(arm.g) else (asked, self._free)
+        # A clock that stands, or is no number, allows what the shortest period would.
+        step = inf if self._last is None else self.limits.torque_rate * max(period, SHORTEST)
+        sent = []
+        for tau, g, near, most, last in zip(asked, weight, off, self._most, self._last or asked, strict=True):
+            if abs(tau - g) > near:
+                tau = g + near if tau > g else g - near
+            tau = -most if tau < -most else most if tau > most else tau
+            sent.append(last - step if tau < last - step else last + step if tau > last + step else tau)
+        self.clamped += sent != asked
+        return sent
+
+    def _send(self, arm: Dynamics, sent: list[float]) -> Array:
         self._last = sent
         if isfinite(arm.t):
-            self._t = arm.t
+            self._t = max(arm.t, self._t)
         return np.array(sent)
 
 
-def _finite(values: Array) -> bool:
-    """Whether all values are finite."""
-    return all(map(isfinite, values.tolist()))
-
-
-def _between(value: float, low: float, high: float) -> float:
-    """The value, or the bound that it is beyond."""
+def between(value: float, low: float, high: float) -> float:
+    """The value, or the bound that it is beyond; what is no number stays none, for whoever checks it."""
     return low if value < low else high if value > high else value

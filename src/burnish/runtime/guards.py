@@ -1,0 +1,212 @@
+"""The checks of one cycle, in their order: what is measured, how it moves, where it is, what it feels, what is asked.
+
+Each says what it found and the limit, or nothing. A comparison with NaN is written so that it fails. One comparison of
+all joints at once finds most cycles calm, well inside every limit; only else are the joints looked at one by one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from math import degrees, inf, isfinite, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import lapack
+
+from burnish.core import Array, Dynamics
+from burnish.runtime.limits import Limits
+
+JUMP = np.radians(2.0)
+"""Difference between where a joint is and where its speed would have brought it that no motion explains [rad]."""
+BELIEVABLE_SPEED = 5.0
+"""Joint speed that no such arm reaches [rad/s]: degrees taken for radians, or garbage."""
+BELIEVABLE_TORQUE = 4.0
+"""Measured over largest joint torque that no sensor of the arm can show."""
+LATE = 1.5
+"""Time between two samples, in periods, from which a cycle counts as late."""
+LATE_IN_A_ROW, LATE_OF_HUNDRED = 3, 5
+STALE = 2
+"""Samples without a newer measurement that stop the arm."""
+MODEL_ERROR = 1.25
+"""Factor on a predicted acceleration: what a wrong model may hide."""
+SLOW = 0.8
+"""Share of a joint's speed limit from which it is braked."""
+LONGEST = 0.05
+"""Longest period that is looked ahead [s]: after a pause the next cycle is a usual one again."""
+AHEAD = 2.0
+"""Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later."""
+
+
+class Cause(NamedTuple):
+    """Why the arm has to stop."""
+
+    text: str
+    """What was found, and the limit."""
+    fault: bool = False
+    """Whether nobody may simply go on."""
+
+
+@dataclass(kw_only=True)
+class Guards:
+    """The checks and what they remember of the cycles before."""
+
+    limits: Limits
+    period: float | None = None
+    """Nominal time between two samples [s]; without it nothing is late."""
+    calm: bool = field(default=False, init=False)
+    """Whether all joints were well inside every limit in the last cycle: nothing to soften."""
+    _t: float = field(default=-inf, init=False, repr=False)
+    _q: list[float] | None = field(default=None, init=False, repr=False)
+    _stale: int = field(default=0, init=False, repr=False)
+    _broken: int = field(default=0, init=False, repr=False)
+    _late: deque[bool] = field(default_factory=lambda: deque(maxlen=100), init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        limits = self.limits
+        low, high = limits.within(limits.hard_margin, 1.0 / 30.0)
+        self._hard = list(zip(low.tolist(), high.tolist(), strict=True))
+        low, high = limits.within(limits.soft_margin, 0.1)
+        rows = (low, high, SLOW * limits.speed, BELIEVABLE_TORQUE * limits.torque)
+        self._calm_rows = list(zip(*(row.tolist() for row in rows), strict=True))
+        self._speed = limits.speed.tolist()
+        self._still = np.zeros(len(low)).tolist()
+        self._box = list(zip("xyz", limits.box_low.tolist(), limits.box_high.tolist(), strict=True))
+
+    def state(self, arm: Dynamics) -> Cause | None:
+        """What is wrong with what was measured: finite → length → freshness → plausibility → place → contact."""
+        self.calm = self._calm(arm)
+        cause = (None if self.calm else self._finite(arm)) or self._fresh(arm)
+        if cause is None and arm.t > self._t:
+            if not self.calm:
+                cause = self._plausible(arm) or self._joints(arm)
+            cause = cause or self._tool(arm)
+        if self._broken == 0 and isfinite(arm.t):
+            self._t, self._q = max(arm.t, self._t), arm.q.tolist()
+        return cause
+
+    def _calm(self, arm: Dynamics) -> bool:
+        """Whether the measured joints are finite, believable, slow, and far from their limits."""
+        if not (isfinite(arm.t) and len(arm.q) == len(arm.dq) == len(self._still)):
+            return False
+        q = arm.q.tolist()
+        before, dt = (q, 0.0) if self._q is None else (self._q, arm.t - self._t)
+        tau = self._still if arm.tau is None else arm.tau.tolist()
+        rows = zip(q, before, arm.dq.tolist(), tau, self._calm_rows, strict=True)
+        for q_i, before_i, dq, tau_i, (low, high, slow, most) in rows:
+            moved = q_i - before_i - dq * dt
+            if not (low <= q_i <= high and -slow <= dq <= slow and -most <= tau_i <= most and -JUMP <= moved <= JUMP):
+                return False
+        self._broken = 0
+        return True
+
+    def command(self, torque: Array) -> Cause | None:
+        """What is wrong with what the law asks."""
+        if torque.shape != self.limits.torque.shape:
+            return Cause(f"the control law gave a torque of shape {torque.shape}; expected {self.limits.torque.shape}")
+        if not finite(torque):
+            return Cause("the control law gave a torque that is not finite")
+        return None
+
+    def ahead(self, arm: Dynamics, sent: Array, period: float) -> Cause | None:
+        """Whether a joint would be too fast by the time when this torque can have been taken back.
+
+        That is two cycles, and then half of the time in which the rate clamp can undo what accelerates the joint.
+        """
+        free = sent - arm.h - arm.g
+        if arm.F is not None:
+            free += arm.J.T.dot(arm.F)
+        _, ddq, info = lapack.dposv(arm.M, free, lower=1)
+        if info != 0:
+            return Cause("the mass matrix of the model is not positive definite", fault=True)
+        horizon, undo = AHEAD * min(period, LONGEST), 0.5 * MODEL_ERROR / self.limits.torque_rate
+        rows = zip(ddq.tolist(), arm.dq.tolist(), arm.M.diagonal().tolist(), self._speed, strict=True)
+        for i, (ddq_i, now, inertia, limit) in enumerate(rows):
+            then = now + MODEL_ERROR * ddq_i * (horizon + undo * inertia * abs(ddq_i))
+            # What brakes a joint that is too fast is let through.
+            if not (-limit <= then <= limit or abs(then) <= abs(now)):
+                return Cause(f"joint {i + 1} would reach {abs(then):.2f} rad/s; the limit is {limit:.2f} rad/s")
+        return None
+
+    def _finite(self, arm: Dynamics) -> Cause | None:
+        if isfinite(arm.t) and finite(arm.q) and finite(arm.dq) and (arm.tau is None or finite(arm.tau)):
+            self._broken = 0
+            if arm.q.shape == arm.dq.shape == self.limits.speed.shape:
+                return None
+            return Cause(f"the state has {len(arm.q)} joints; the limits have {len(self.limits.speed)}", fault=True)
+        self._broken += 1
+        if self._broken > 2:
+            return Cause("the measured state is not finite for three cycles", fault=True)
+        return Cause("the measured state is not finite")
+
+    def _fresh(self, arm: Dynamics) -> Cause | None:
+        self._stale = 0 if arm.t > self._t else self._stale + 1
+        if self._stale >= STALE:
+            return Cause(f"the state is stale: nothing newer than t = {self._t:.3f} s for {self._stale} cycles")
+        if self.period is not None and isfinite(self._t) and self._stale == 0:
+            gap = arm.t - self._t
+            self._late.append(gap > LATE * self.period)
+            if self._late[-1] and (sum(self._late) >= LATE_OF_HUNDRED or self._last_late() >= LATE_IN_A_ROW):
+                return Cause(f"cycles are late: {1e3 * gap:.1f} ms; expected {1e3 * self.period:.1f} ms")
+        return None
+
+    def _last_late(self) -> int:
+        """How many of the last cycles in a row were late."""
+        count = 0
+        for late in reversed(self._late):
+            if not late:
+                break
+            count += 1
+        return count
+
+    def _plausible(self, arm: Dynamics) -> Cause | None:
+        limits, speeds = self.limits, arm.dq.tolist()
+        if arm.tau is not None:
+            for i, (tau, most) in enumerate(zip(arm.tau.tolist(), limits.torque.tolist(), strict=True)):
+                if abs(tau) > BELIEVABLE_TORQUE * most:
+                    return Cause(f"joint {i + 1} reports {tau:.3g} N·m; no more than {most:.1f} N·m is possible")
+        for i, (dq, limit) in enumerate(zip(speeds, limits.speed.tolist(), strict=True)):
+            if abs(dq) > max(BELIEVABLE_SPEED, 2.0 * limit):
+                return Cause(f"joint {i + 1} reports {abs(dq):.3g} rad/s; expected radians, and less")
+            if abs(dq) > limit:
+                return Cause(f"joint {i + 1} moved at {abs(dq):.2f} rad/s; the limit is {limit:.2f} rad/s")
+        if self._q is not None:
+            dt = arm.t - self._t
+            for i, (q, before, dq) in enumerate(zip(arm.q.tolist(), self._q, speeds, strict=True)):
+                if abs(q - before - dq * dt) > JUMP + abs(dq) * dt:
+                    return Cause(f"joint {i + 1} jumped by {degrees(q - before):.1f}° within {1e3 * dt:.0f} ms")
+        return None
+
+    def _joints(self, arm: Dynamics) -> Cause | None:
+        for i, (q, (low, high)) in enumerate(zip(arm.q.tolist(), self._hard, strict=True)):
+            if not low <= q <= high:
+                left = min(q - float(self.limits.lower[i]), float(self.limits.upper[i]) - q)
+                return Cause(f"joint {i + 1} is {degrees(left):.1f}° from its limit", fault=left < 0.0)
+        return None
+
+    def _tool(self, arm: Dynamics) -> Cause | None:
+        """Where the tool is, what it feels, and how fast it and the arm are."""
+        limits = self.limits
+        for p, (axis, low, high) in zip(arm.p.tolist(), self._box, strict=True):
+            if not low <= p <= high:
+                return Cause(f"the tool left its work space: {axis} = {p:.3f} m; expected {low:.3f} to {high:.3f} m")
+        if arm.F is not None:
+            fx, fy, fz, *_ = arm.F.tolist()
+            force = sqrt(fx * fx + fy * fy + fz * fz)
+            if not force <= limits.tool_force:
+                return Cause(f"the tool force reached {force:.1f} N; the limit is {limits.tool_force:.0f} N")
+        if limits.tool_speed < inf:
+            vx, vy, vz, *_ = arm.v.tolist()
+            speed = sqrt(vx * vx + vy * vy + vz * vz)
+            if not speed <= limits.tool_speed:
+                return Cause(f"the tool moved at {speed:.2f} m/s; the limit is {limits.tool_speed:.2f} m/s")
+        if limits.energy < inf:
+            energy = 0.5 * float(arm.dq.dot(arm.M.dot(arm.dq)))
+            if not energy <= limits.energy:
+                return Cause(f"the arm's kinetic energy reached {energy:.2f} J; the limit is {limits.energy:.2f} J")
+        return None
+
+
+def finite(values: Array) -> bool:
+    """Whether all values are finite."""
+    return all(map(isfinite, values.tolist()))

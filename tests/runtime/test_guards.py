@@ -1,0 +1,288 @@
+"""The checks of the supervisor one by one, and what it does near a limit; how it stops an arm is in test_stops.py."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from burnish.core import Array, Dynamics, State
+from burnish.model.model import Model
+from burnish.runtime.supervisor import CLEAR_FOR, Event, Limits, Mode, Supervisor
+
+MODEL = Model.jaco2().with_armature([0.8, 0.8, 0.8, 0.15, 0.15, 0.15])
+LIMITS = replace(Limits.of(MODEL), energy=0.5, tool_speed=0.25)
+HOME = np.array([4.8046852, 2.924825, 1.002, 4.2031852, 1.4458, 1.3233])
+T = 0.01
+
+
+def arm_at(t: float, q: Array = HOME, dq: Array | None = None, **changes: Any) -> Dynamics:
+    return replace(MODEL.at(State(t=t, q=q, dq=np.zeros(6) if dq is None else dq)), **changes)
+
+
+def one(values: Array, index: int, value: float) -> Array:
+    changed = values.copy()
+    changed[index] = value
+    return changed
+
+
+def running(cycles: int = 5, limits: Limits = LIMITS, period: float | None = T) -> Supervisor:
+    """A supervisor that has let a still arm through for some cycles."""
+    supervisor = Supervisor(limits=limits, period=period)
+    for i in range(cycles):
+        supervisor.filter(arm_at(T * i), arm_at(0.0).g)
+    assert not supervisor.tripped
+    return supervisor
+
+
+def cause_of(supervisor: Supervisor) -> str:
+    assert supervisor.event is not None
+    return supervisor.event.cause
+
+
+JOINT_2 = one(HOME, 1, MODEL.lower[1] + np.radians(4.0))
+BEYOND = one(HOME, 1, MODEL.lower[1] - np.radians(1.0))
+
+SPINNING = {"dq": one(np.zeros(6), 0, 0.6), "q": HOME + one(np.zeros(6), 0, 0.6 * T)}
+TRIPS: dict[str, tuple[dict[str, Any], str]] = {
+    "garbage torque with code OK": ({"tau": one(np.zeros(6), 3, -1.07e8)}, r"joint 4 reports -1.07e\+08"),
+    "torque that is no number": ({"tau": one(np.zeros(6), 3, np.nan)}, "not finite"),
+    "degrees for radians": ({"dq": np.full(6, 36.0)}, "expected radians"),
+    "encoder jump": ({"q": one(HOME, 2, HOME[2] + 0.06)}, "joint 3 jumped by 3.4°"),
+    "tool speed": (SPINNING, "the limit is 0.15 m/s"),
+    "kinetic energy": (SPINNING | {"M": 10.0 * arm_at(0.0).M}, r"kinetic energy reached 1\.\d+ J; the limit is 0.50 J"),
+}
+
+
+@pytest.mark.parametrize("case", TRIPS)
+def test_guard_says_what_it_found(case: str) -> None:
+    changes, expected = TRIPS[case]
+    supervisor = running(limits=replace(LIMITS, tool_speed=0.15 if case == "tool speed" else 9.0))
+    state = {name: changes[name] for name in ("q", "dq") if name in changes}
+    others = {name: value for name, value in changes.items() if name not in state}
+    supervisor.filter(arm_at(5 * T, **state, **others), arm_at(0.0).g)
+    with pytest.raises(AssertionError, match=expected):
+        raise AssertionError(cause_of(supervisor))
+    assert supervisor.mode is Mode.HOLD
+
+
+@pytest.mark.parametrize(("q", "mode"), [(JOINT_2, Mode.HOLD), (BEYOND, Mode.FAULT)])
+def test_joint_at_its_limit_stops_the_arm(q: Array, mode: Mode) -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    supervisor.filter(arm_at(0.0, q=q), arm_at(0.0).g)
+    assert "joint 2 is" in cause_of(supervisor)
+    assert supervisor.mode is mode
+
+
+def test_encoder_that_wraps_is_no_jump_once_unwrapped() -> None:
+    supervisor = running()
+    supervisor.filter(arm_at(5 * T, dq=np.full(6, 0.3), q=HOME + 0.3 * T), arm_at(0.0).g)
+    assert not supervisor.tripped
+
+
+def test_work_space_of_the_tool_is_kept() -> None:
+    p = arm_at(0.0).p
+    box = replace(LIMITS, box_low=p - 0.1, box_high=p + np.array([0.1, 0.1, -0.01]))
+    supervisor = Supervisor(limits=box)
+    supervisor.filter(arm_at(0.0), arm_at(0.0).g)
+    assert "left its work space: z" in cause_of(supervisor)
+
+
+def test_stale_state_is_forgiven_once_and_stops_the_arm_the_second_time() -> None:
+    supervisor = running()
+    supervisor.filter(arm_at(4 * T), arm_at(0.0).g)
+    assert not supervisor.tripped
+    supervisor.filter(arm_at(4 * T), arm_at(0.0).g)
+    assert "stale" in cause_of(supervisor)
+
+
+def test_one_stale_state_now_and_then_is_forgiven() -> None:
+    supervisor = running(1, period=None)
+    for i in range(1, 200):
+        supervisor.filter(arm_at(T * (i - (i % 3 == 0))), arm_at(0.0).g)
+    assert not supervisor.tripped
+
+
+def test_three_late_cycles_in_a_row_stop_the_arm() -> None:
+    supervisor, t = running(), 4 * T
+    for i in range(3):
+        assert not supervisor.tripped, i
+        t += 1.6 * T
+        supervisor.filter(arm_at(t), arm_at(0.0).g)
+    assert "late: 16.0 ms" in cause_of(supervisor)
+
+
+def test_five_late_cycles_of_a_hundred_stop_the_arm() -> None:
+    supervisor, t, late = running(), 4 * T, 0
+    for i in range(100):
+        slow = i % 10 == 9
+        late += slow
+        t += (2.0 if slow else 1.0) * T
+        supervisor.filter(arm_at(t), arm_at(0.0).g)
+        assert supervisor.tripped == (late >= 5)
+
+
+def test_jitter_of_a_tenth_is_not_late() -> None:
+    rng, supervisor, t = np.random.default_rng(0), running(), 4 * T
+    for _ in range(500):
+        t += T * rng.uniform(0.9, 1.1)
+        supervisor.filter(arm_at(t), arm_at(0.0).g)
+    assert not supervisor.tripped
+
+
+def test_three_broken_states_make_a_fault() -> None:
+    supervisor = running()
+    modes = []
+    for i in range(3):
+        supervisor.filter(arm_at((5 + i) * T, dq=one(np.zeros(6), 1, np.nan)), arm_at(0.0).g)
+        modes.append(supervisor.mode)
+    assert modes == [Mode.HOLD, Mode.HOLD, Mode.FAULT]
+
+
+@pytest.mark.parametrize("length", [5, 7, 0])
+def test_torque_of_another_length_never_gets_through(length: int) -> None:
+    supervisor = running()
+    sent = supervisor.filter(arm_at(5 * T), np.zeros(length))
+    assert sent.shape == (6,)
+    assert "shape" in cause_of(supervisor)
+
+
+# Ahead.
+
+
+def test_torque_that_would_make_a_joint_too_fast_stops_the_arm_before_it_is() -> None:
+    supervisor, g = running(), arm_at(0.0).g
+    for i in range(5, 20):
+        supervisor.filter(arm_at(T * i), g + np.array([30.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+        if supervisor.tripped:
+            break
+    assert "joint 1 would reach" in cause_of(supervisor)
+
+
+def test_torque_that_brakes_a_fast_joint_is_let_through() -> None:
+    supervisor = running()
+    fast = arm_at(5 * T, q=HOME + one(np.zeros(6), 0, 0.6 * T), dq=one(np.zeros(6), 0, 0.6))
+    supervisor.filter(fast, fast.g - one(np.zeros(6), 0, 3.0))
+    assert not supervisor.tripped
+
+
+def test_contact_force_that_holds_against_the_torque_is_counted() -> None:
+    # The surface takes 24 N of what the joints press with; in the air the same torque would throw the arm.
+    limits = replace(LIMITS, torque_rate=1e5, speed=np.full(6, 0.05))
+    free, touching = running(limits=limits), running(limits=limits)
+    arm = arm_at(5 * T)
+    F = np.array([-24.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    touching.filter(replace(arm, F=F), arm.g - arm.J.T @ F)
+    free.filter(arm, arm.g - arm.J.T @ F)
+    assert not touching.tripped
+    assert free.tripped
+
+
+def test_after_a_pause_nothing_is_predicted_over_it() -> None:
+    supervisor = running(period=None)
+    supervisor.filter(arm_at(60.0), arm_at(0.0).g + one(np.zeros(6), 0, 0.5))
+    assert not supervisor.tripped
+
+
+# Near a limit.
+
+
+def test_fast_joint_is_braked_before_it_is_stopped() -> None:
+    supervisor = running()
+    dq = one(np.zeros(6), 0, 0.9 * LIMITS.speed[0])
+    arm = arm_at(5 * T, q=HOME + dq * T, dq=dq)
+    sent = supervisor.filter(arm, arm.g + arm.h)
+    assert not supervisor.tripped
+    assert supervisor.softened == 1
+    slower = np.linalg.solve(arm.M, sent - arm.g - arm.h)
+    assert_allclose(slower, one(np.zeros(6), 0, -10.0 * 0.1 * LIMITS.speed[0]), atol=1e-12)
+
+
+def test_joint_near_its_limit_is_pushed_back() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    arm = arm_at(0.0, q=one(HOME, 2, MODEL.upper[2] - np.radians(10.0)))
+    sent = supervisor.filter(arm, arm.g)
+    assert not supervisor.tripped
+    assert np.linalg.solve(arm.M, sent - arm.g)[2] == pytest.approx(-25.0 * np.radians(5.0))
+
+
+def test_nothing_is_softened_in_the_middle() -> None:
+    assert running(20).softened == 0
+
+
+def test_torque_stays_near_gravity() -> None:
+    limits = replace(LIMITS, deviation=np.full(6, 2.0), speed=np.full(6, 1e9), torque_rate=1e9)
+    arm = arm_at(0.0)
+    sent = Supervisor(limits=limits).filter(arm, arm.g + np.array([3.0, -3.0, 1.0, 5.0, -5.0, 0.0]))
+    assert_allclose(sent - arm.g, [2.0, -2.0, 1.0, 2.0, -2.0, 0.0], atol=1e-12)
+
+
+# Out of a hold.
+
+
+def held() -> Supervisor:
+    """After a law that gave no number."""
+    supervisor = running()
+    supervisor.filter(arm_at(5 * T), np.full(6, np.nan))
+    assert supervisor.mode is Mode.HOLD
+    return supervisor
+
+
+def still(supervisor: Supervisor, start: float, duration: float) -> float:
+    """The arm stands for some time; the time at its end."""
+    t = start
+    while t < start + duration:
+        t += T
+        supervisor.filter(arm_at(t), arm_at(0.0).g)
+    return t
+
+
+def test_hold_ends_when_it_is_acknowledged_after_the_cause_is_gone() -> None:
+    supervisor = held()
+    assert "not been clear" in str(supervisor.acknowledge())
+    still(supervisor, 5 * T, CLEAR_FOR + 2 * T)
+    assert supervisor.acknowledge() is None
+    assert supervisor.mode is Mode.TORQUE
+    assert not supervisor.tripped
+
+
+def test_hold_does_not_end_by_itself() -> None:
+    supervisor = held()
+    still(supervisor, 5 * T, 3.0)
+    assert supervisor.mode is Mode.HOLD
+
+
+def test_hold_cannot_be_acknowledged_while_its_cause_lasts() -> None:
+    supervisor = running()
+    for i in range(200):
+        arm = arm_at(T * (5 + i), F=np.array([0.0, 0.0, 30.0, 0.0, 0.0, 0.0]))
+        supervisor.filter(arm, arm.g)
+    assert supervisor.acknowledge() is not None
+
+
+def test_third_hold_within_a_minute_is_a_fault() -> None:
+    supervisor, t = running(), 4 * T
+    for _ in range(3):
+        assert supervisor.mode is Mode.TORQUE
+        supervisor.filter(arm_at(t + T), np.full(6, np.nan))
+        t = still(supervisor, t + T, CLEAR_FOR + 2 * T)
+        refused = supervisor.acknowledge()
+    assert refused is not None
+    assert supervisor.mode is Mode.FAULT
+
+
+def test_fault_ends_only_for_who_has_seen_its_cause() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    supervisor.filter(arm_at(0.0, q=BEYOND), arm_at(0.0).g)
+    event = supervisor.event
+    assert event is not None
+    still(supervisor, 0.0, 2.0)
+    assert supervisor.acknowledge() is not None
+    supervisor.reset(Event(t=event.t, cause=event.cause, fault=True))
+    assert supervisor.mode is Mode.FAULT, "another event, however alike, is not the one that was shown"
+    supervisor.reset(event)
+    assert supervisor.mode is Mode.TORQUE
+    assert not supervisor.tripped
