@@ -133,11 +133,26 @@ def test_after_a_broken_reading_the_arm_is_held_where_it_was_last_seen(cause: st
     assert_allclose(supervisor.filter(arm, STRONG), arm.g, atol=1e-12)
 
 
-def test_broken_reading_repeats_the_last_torque() -> None:
+def test_broken_reading_leaves_the_weight_of_where_the_arm_was_last_seen() -> None:
     supervisor = Supervisor(limits=LOOSE)
     supervisor.filter(arm_at(), STRONG)
-    sent = supervisor.filter(replace(broken("position")[0], t=0.01), STRONG)
-    assert_allclose(sent, STRONG, atol=0.0)
+    sent = supervisor.filter(replace(broken("position")[0], t=1.0), STRONG)
+    assert_allclose(sent, arm_at().g, atol=1e-12)
+
+
+def test_joint_whose_reading_is_broken_is_left_to_its_weight_and_the_others_are_held() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    supervisor.filter(arm_at(), arm_at().g)
+    off = np.full(6, 0.02)
+    bad = replace(MODEL.at(State(t=1.0, q=HOME + off, dq=np.zeros(6))), dq=one(np.zeros(6), 2, -1.07e8))
+    sent = supervisor.filter(bad, bad.g)
+    moved = sent - arm_at().g
+    held = np.arange(6) != 2
+    assert_allclose(moved[~held], 0.0, atol=1e-12)
+    # Where the others are when it trips is what is held from then on.
+    assert_allclose(moved[held], 0.0, atol=1e-12)
+    later = supervisor.filter(replace(bad, t=2.0, q=HOME + 2.0 * off), bad.g)
+    assert_allclose((later - arm_at().g)[held], -(LIMITS.stiffness * off)[held], atol=1e-12)
 
 
 def test_broken_first_reading_sends_no_torque() -> None:

@@ -56,6 +56,8 @@ class Guards:
     """Nominal time between two samples [s]; without it nothing is late."""
     calm: bool = field(default=False, init=False)
     """Whether all joints were well inside every limit in the last cycle: nothing to soften."""
+    fresh: bool = field(default=True, init=False)
+    """Whether the last state was newer than the one before."""
     _t: float = field(default=-inf, init=False, repr=False)
     _q: list[float] | None = field(default=None, init=False, repr=False)
     _stale: int = field(default=0, init=False, repr=False)
@@ -75,9 +77,9 @@ class Guards:
 
     def state(self, arm: Dynamics) -> Cause | None:
         """What is wrong with what was measured: finite → length → freshness → plausibility → place → contact."""
-        self.calm = self._calm(arm)
+        self.calm, self.fresh = self._calm(arm), arm.t > self._t
         cause = (None if self.calm else self._finite(arm)) or self._fresh(arm)
-        if cause is None and arm.t > self._t:
+        if cause is None and self.fresh:
             if not self.calm:
                 cause = self._plausible(arm) or self._joints(arm)
             cause = cause or self._tool(arm)
@@ -140,7 +142,7 @@ class Guards:
         return Cause("the measured state is not finite")
 
     def _fresh(self, arm: Dynamics) -> Cause | None:
-        self._stale = 0 if arm.t > self._t else self._stale + 1
+        self._stale = 0 if self.fresh else self._stale + 1
         if self._stale >= STALE:
             return Cause(f"the state is stale: nothing newer than t = {self._t:.3f} s for {self._stale} cycles")
         if self.period is not None and isfinite(self._t) and self._stale == 0:

@@ -7,10 +7,11 @@ from enum import Enum
 from math import inf, isfinite, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from burnish.core import Array, Dynamics
 from burnish.inverse import damped_spd_inverse
-from burnish.runtime.guards import SLOW, Cause, Guards, finite
+from burnish.runtime.guards import BELIEVABLE_SPEED, SLOW, Cause, Guards, finite
 from burnish.runtime.limits import Limits as Limits
 
 SHORTEST = 1e-4
@@ -21,6 +22,8 @@ BRAKE = 10.0
 """Deceleration of that brake by the speed above the share [1/s]; slow against the cycles of any loop."""
 PUSH_BACK = 25.0
 """Acceleration away from a joint limit by the way inside the soft margin [1/s²]."""
+FAR = 0.5
+"""Way from where a joint was last seen beyond which its reading is no longer believed in a hold [rad]."""
 CLEAR_FOR = 1.0
 """Time without a cause after which a hold may be acknowledged [s]."""
 TOO_OFTEN, WITHIN = 3, 60.0
@@ -77,6 +80,7 @@ class Supervisor:
     _guards: Guards = field(init=False, repr=False)
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _seen: Array | None = field(default=None, init=False, repr=False)
+    _weight: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _last: list[float] | None = field(default=None, init=False, repr=False)
     _t: float = field(default=-inf, init=False, repr=False)
     _clear_since: float = field(default=inf, init=False, repr=False)
@@ -106,7 +110,7 @@ class Supervisor:
             sent = self._clamp(arm, soft, period)
             cause = self._guards.ahead(arm, np.array(sent), period)
             if cause is None:
-                self._seen = arm.q
+                self._seen, self._weight = arm.q, arm.g
                 return self._send(arm, sent)
         self._note(arm, cause)
         safe = self._safe(arm)
@@ -134,10 +138,11 @@ class Supervisor:
             fault = cause.fault or len(self._holds) >= TOO_OFTEN
             self.mode = Mode.FAULT if fault else Mode.HOLD
             self.event = Event(t=arm.t, cause=cause.text, fault=fault)
-            if finite(arm.q):
+            trusted = self._trusted(arm)
+            if trusted.all():
                 self._hold = arm.q + self._way_back(arm)
             elif self._seen is not None:
-                self._hold = self._seen
+                self._hold = np.where(trusted, arm.q, self._seen)
         elif cause is not None and cause.fault and self.mode is Mode.HOLD:
             self.mode = Mode.FAULT
             self.event = Event(t=arm.t, cause=cause.text, fault=True)
@@ -171,16 +176,25 @@ class Supervisor:
         return np.asarray(arm.J.T @ (damped_spd_inverse(arm.J @ arm.J.T, SINGULAR) @ back))
 
     def _safe(self, arm: Dynamics) -> Array:
-        limits = self.limits
-        if len(self._hold) != len(arm.q) and finite(arm.q):
-            # Tripped before anything was seen: hold the first position that can be believed.
-            self._hold = arm.q
-        if len(self._hold) == len(arm.q):
-            safe = arm.g - limits.damping * arm.dq + limits.stiffness * (self._hold - arm.q)
-            if finite(safe):
-                return np.asarray(safe)
-        # The state itself is broken: the last torque that was sent is the best guess of the arm's weight.
-        return np.zeros(len(limits.torque)) if self._last is None else np.array(self._last)
+        """g − D q̇ + K (q₀ − q) of the joints whose reading can be believed; of the others their last weight alone."""
+        limits, trusted = self.limits, self._trusted(arm)
+        whole = bool(trusted.all()) and finite(arm.g)
+        if whole:
+            # If it tripped before anything was seen, the first position that can be believed is held.
+            self._hold, self._weight = self._hold if len(self._hold) else arm.q, arm.g
+        if len(self._hold) == 0 or len(self._weight) == 0:
+            return np.zeros(len(limits.torque)) if self._last is None else np.array(self._last)
+        q, dq = np.where(trusted, arm.q, self._hold), np.where(trusted, arm.dq, 0.0)
+        return np.asarray(self._weight - limits.damping * dq + limits.stiffness * (self._hold - q))
+
+    def _trusted(self, arm: Dynamics) -> NDArray[np.bool_]:
+        """Which joints' position and speed can be believed: new, finite, no faster and no further off than possible."""
+        n = len(self.limits.torque)
+        if not (self._guards.fresh and arm.q.shape == arm.dq.shape == (n,)):
+            return np.zeros(n, dtype=bool)
+        near = arm.q if self._seen is None else self._seen
+        with np.errstate(invalid="ignore"):
+            return np.asarray((np.abs(arm.dq) < BELIEVABLE_SPEED) & (np.abs(arm.q - near) < FAR))
 
     def _clamp(self, arm: Dynamics, wanted: Array, period: float) -> list[float]:
         """Deviation from gravity, absolute clamp and rate clamp; counts the cycles in which something was cut."""
