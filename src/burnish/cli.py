@@ -8,12 +8,26 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
 
-from burnish.commands.options import add_plan, add_polish
+from burnish.commands.options import (
+    add_connected,
+    add_export,
+    add_plan,
+    add_polish,
+    add_recover,
+    add_reproduce,
+    add_verify,
+)
 from burnish.errors import BurnishError, InputError
 
 VERBS = {
     "polish": ("plan a path over a mould, rub along it at a held force, and report what was polished", add_polish),
     "plan": ("write the tool path alone, checked for reach and speed, as JSON", add_plan),
+    "reproduce": ("run the theses' and the blog's experiments, ours beside theirs, and report them", add_reproduce),
+    "verify": ("run a simulated recording again and say whether it comes out the same, bit by bit", add_verify),
+    "recover": ("mend a recording that was cut off or damaged: all its whole messages in a new file", add_recover),
+    "export": ("write a recording as a table, one row a cycle, or its desired poses as text", add_export),
+    "doctor": ("say what the real arm and operator devices need, what is missing, and the next step", add_connected),
+    "devices": ("list the arms and operator devices that are connected, with their serial numbers", add_connected),
 }
 """Verb to what it does and to its options."""
 REFUSED = 2
@@ -31,7 +45,7 @@ class Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a verb; returns its exit status.
 
-    0 done; 2 the input is refused; 3 the supervisor stopped the arm; 130 interrupted.
+    0 done; 1 `verify` found a difference; 2 the input is refused; 3 the supervisor stopped the arm; 130 interrupted.
     """
     parser = Parser(
         prog="burnish",

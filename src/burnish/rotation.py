@@ -60,6 +60,16 @@ def quaternion(R: Array) -> Array:
     return np.array(_quaternion(R))
 
 
+def quaternions(R: Array) -> Array:
+    """Unit quaternions [η, ε], (N, 4), of rotation matrices (N, 3, 3), η ≥ 0; in one go, for whole recordings."""
+    # 4 q qᵀ is linear in R; its row with the largest diagonal is the quaternion times a number far from zero.
+    outer = (R.reshape(-1, 9) @ _OUTER + np.eye(4).ravel()).reshape(-1, 4, 4)
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    rows = outer[np.arange(len(outer)), largest]
+    rows /= np.sqrt(np.einsum("ij,ij->i", rows, rows))[:, None]
+    return np.asarray(np.where(rows[:, :1] < 0.0, -rows, rows))
+
+
 def from_quaternion(Q: Array) -> Array:
     """Rotation matrix of a unit quaternion [η, ε].
 
@@ -183,3 +193,21 @@ def _quaternion(R: Array) -> tuple[float, float, float, float]:
         f = 0.25 / z
         q = (f * (r10 - r01), f * (r02 + r20), f * (r12 + r21), z)
     return q if q[0] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
+
+
+def _outer_of_rotation() -> Array:
+    """The matrix that takes the nine numbers of R, row by row, to the sixteen of 4 q qᵀ − 1, (9, 16)."""
+    A = np.zeros((3, 3, 4, 4))
+    for i, signs in enumerate(((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))):
+        for j, sign in enumerate(signs):
+            A[j, j, i, i] = sign
+    for i, j in ((2, 1), (0, 2), (1, 0)):
+        k = 3 - i - j
+        for a, b in ((0, k + 1), (k + 1, 0)):
+            A[i, j, a, b], A[j, i, a, b] = 1.0, -1.0
+        for a, b in ((i + 1, j + 1), (j + 1, i + 1)):
+            A[i, j, a, b] = A[j, i, a, b] = 1.0
+    return A.reshape(9, 16)
+
+
+_OUTER = _outer_of_rotation()

@@ -21,6 +21,7 @@ from numpy.testing import assert_allclose
 from burnish.control import LimitAvoidance, OperationalSpace, Posture
 from burnish.core import Array, Dynamics, ToolReference
 from burnish.errors import InputError
+from burnish.model.friction import Friction
 from burnish.rotation import continuous_error, quaternion_error
 
 MASKS = [
@@ -229,3 +230,27 @@ def test_seven_joints_are_not_moved_by_the_tools_law_alone() -> None:
     law.reset(arm)
     a = asked(arm, wanted, 90.0, 15.0) - arm.dJdq
     assert_allclose(acceleration(arm, law.torque(arm, wanted)), arm.J_bar @ a, atol=1e-8)
+
+
+def test_friction_is_compensated_at_the_planned_speed() -> None:
+    friction = Friction(coulomb=np.ones(6), viscous=np.arange(1.0, 7.0))
+    arm = moving(JACO2, HOME, 4)
+    wanted = off(arm, 4)
+    laws = [OperationalSpace(kp=90.0, kd=15.0, friction=f, friction_share=0.7) for f in (None, friction)]
+    plain, compensated = (law.torque(arm, wanted) for law in laws)
+    # Far from a singularity the fading next to one takes a share of 1e-7.
+    assert_allclose(compensated - plain, 0.7 * friction.torque(np.linalg.solve(arm.J, wanted.v)), rtol=1e-6)
+
+
+def test_friction_of_a_tool_that_shall_stand_is_not_compensated() -> None:
+    friction = Friction(coulomb=np.ones(6), viscous=np.ones(6))
+    arm = moving(JACO2, HOME, 5)
+    laws = [OperationalSpace(kp=90.0, kd=15.0, friction=f) for f in (None, friction)]
+    plain, compensated = (law.torque(arm, pose(arm)) for law in laws)
+    assert_allclose(compensated, plain, atol=1e-12)
+
+
+def test_friction_of_another_arm_is_refused_before_motion() -> None:
+    law = OperationalSpace(kp=90.0, kd=15.0, friction=Friction(coulomb=np.ones(7), viscous=np.ones(7)))
+    with pytest.raises(InputError, match="friction"):
+        law.reset(arm_at(JACO2, HOME))

@@ -42,6 +42,48 @@ def add_plan(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", required=True, metavar="FILE.json", help="file for the plan: mould frame, m, m/s, N")
 
 
+def add_connected(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish doctor`` and ``burnish devices``."""
+    parser.add_argument(
+        "--lib",
+        metavar="FILE.so",
+        help="Kinova's command layer, USB or Ethernet (default: BURNISH_KINOVA_LIB, or where its installer puts it)",
+    )
+
+
+def add_reproduce(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish reproduce``."""
+    parser.add_argument("names", nargs="*", metavar="NAME", help="experiments to run (default: all of them)")
+    parser.add_argument("--list", action="store_true", help="print the names and titles, and run nothing")
+    parser.add_argument("--jobs", type=int, default=2, metavar="J", help="processes to run trials in (default: 2)")
+    parser.add_argument("--out", metavar="DIR", help="folder for the results (default: a new one under runs/)")
+
+
+def add_verify(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish verify``."""
+    parser.epilog = "Exit status: 0 bit-exact; 1 not exact, and where; 2 refused: of another model, mould or version."
+    parser.add_argument("recording", metavar="RECORDING", help="run.mcap of a simulated 'burnish polish'")
+    parser.add_argument("--mould", metavar="FILE.stl", help="the mould's file (default: none, a bundled mould)")
+
+
+def add_recover(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish recover``."""
+    parser.add_argument("file", metavar="FILE", help="the recording; it is only read")
+    parser.add_argument("--out", metavar="FILE", help="the new file (default: FILE.recovered.mcap beside it)")
+
+
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """The options of ``burnish export``."""
+    parser.add_argument("file", metavar="FILE", help="the recording")
+    parser.add_argument(
+        "--to",
+        required=True,
+        choices=("parquet", "csv", "txt"),
+        help="parquet and csv: one row a cycle, SI units; txt: the desired tool poses, px py pz εx εy εz η a line, m",
+    )
+    parser.add_argument("--out", metavar="FILE", help="the new file (default: FILE with the form as its ending)")
+
+
 def _add_work(parser: argparse.ArgumentParser) -> None:
     """What to work on, and how."""
     parser.add_argument("--mould", default="dome", metavar="NAME|FILE.stl", help=f"{MOULDS} (default: dome)")

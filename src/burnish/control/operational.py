@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,13 @@ from numpy.typing import NDArray
 
 from burnish.control.checks import need_tool_reference
 from burnish.control.error import OrientationError, pose_error
-from burnish.control.gains import Gain, above_zero, by_frequency, one, six
+from burnish.control.gains import Gain, above_zero, by_frequency, fit, one, six
 from burnish.control.integral import Integral
 from burnish.control.secondary import JointTask, total_acceleration
 from burnish.core import SINGULAR_MOBILITY, Array, Dynamics, ToolReference
 from burnish.errors import InputError
-from burnish.inverse import task_torque
+from burnish.inverse import damped_spd_inverse, task_torque
+from burnish.model.friction import Friction
 from burnish.rotation import continuous_error
 
 
@@ -25,14 +27,15 @@ class OperationalSpace:
     """Operational-space control of a subset of position and orientation, and of the posture with what is left.
 
         a = a_d + K_p e + K_d (v_d − v) + K_i ∫e,                 e = [p_d − p; θu]
-        τ = Jᵀ Λ (a − J̇q̇) + (I − Jᵀ J̄ᵀ) M α − k_v M q̇ + h + g
+        τ = Jᵀ Λ (a − J̇q̇) + (I − Jᵀ J̄ᵀ) M α − k_v M q̇ + h + g + τ_friction(q̇_d)
 
     with the rows of J, a and J̇q̇ that ``mask`` leaves, and Λ, J̄ of that J: stripping rows of the full Λ would be
     another, heavier law. α is the acceleration that the tasks in ``null_space`` ask for; its torque accelerates nothing
-    that the mask controls. Next to a singularity Λ is damped as in `Dynamics`.
+    that the mask controls. Next to a singularity Λ is damped as in `Dynamics`. Friction, where it is known, is
+    compensated at the **planned** joint speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs.
 
     Gravity is included. Source: the blog (Khatib 1987). It damps in joint space, −k_v M q̇, which is ``kd=0`` with
-    ``joint_damping=k_v``, and drops h and J̇q̇.
+    ``joint_damping=k_v``, and drops h and J̇q̇; the integral and the friction are ours.
     """
 
     kp: Gain
@@ -53,6 +56,10 @@ class OperationalSpace:
     """What the joints shall do with the freedom that is left: `Posture`, `LimitAvoidance`."""
     orientation_error: OrientationError = continuous_error
     """θu of the errors; another of `burnish.rotation` in its place."""
+    friction: Friction | None = None
+    """Nominal joint friction to compensate; None compensates nothing."""
+    friction_share: float = 0.8
+    """Share of it that is compensated: less than 1, because too much drives the joints by itself."""
     _kp: Array = field(init=False, repr=False)
     _kd: Array = field(init=False, repr=False)
     _integral: Integral = field(init=False, repr=False)
@@ -69,7 +76,8 @@ class OperationalSpace:
             six(self, "integral", self.integral)[self._rows],
             above_zero(self, "window", self.window, infinite=True),
         )
-        one(self, "joint_damping", self.joint_damping)
+        for name in ("joint_damping", "friction_share"):
+            one(self, name, getattr(self, name))
 
     @classmethod
     def at_frequency(cls, omega: Gain, damping_ratio: float = 1.0, **others: Any) -> OperationalSpace:
@@ -81,10 +89,13 @@ class OperationalSpace:
         """Clear the integral.
 
         Raises:
-            InputError: if the arm has fewer joints than the mask has degrees of freedom, or a task does not fit it.
+            InputError: if the arm has fewer joints than the mask has degrees of freedom, or a task or the friction does
+                not fit it.
         """
         if len(self._rows) > len(arm.q):
             raise InputError(f"OperationalSpace: {len(self._rows)} degrees of freedom asked of {len(arm.q)} joints")
+        if self.friction is not None:
+            fit(self, arm, friction=self.friction.coulomb)
         for task in self.null_space:
             task.reset(arm)
         self._integral.reset(arm.t, len(self._rows))
@@ -107,4 +118,14 @@ class OperationalSpace:
             tau = task_torque(J, arm.M, a, SINGULAR_MOBILITY)
         if self.joint_damping > 0.0:
             tau -= self.joint_damping * (arm.M @ arm.dq)
+        if self.friction is not None:
+            tau += self.friction_share * self._planned_friction(self.friction, arm, reference)
         return np.asarray(tau + arm.h + arm.g)
+
+    def _planned_friction(self, friction: Friction, arm: Dynamics, reference: ToolReference) -> Array:
+        """τ_friction at J̄ v_d [N·m], (n,)."""
+        Minv_JT = arm.Minv_JT[:, self._rows]
+        Lambda = damped_spd_inverse(arm.J[self._rows].dot(Minv_JT), SINGULAR_MOBILITY)
+        # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
+        close = SINGULAR_MOBILITY * sqrt(float(np.vdot(Lambda, Lambda)))
+        return friction.torque(Minv_JT.dot(Lambda.dot(reference.v[self._rows]))) / (1.0 + close**8)
