@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from burnish.control import ComputedTorque, ForceMotion, GravityCompensation, JointSense, WristSense
     from burnish.core import Dynamics, JointReference, Sample, State, ToolReference, Torque
     from burnish.errors import BurnishError
+    from burnish.hardware.jaco2 import Jaco2
+    from burnish.hardware.torque_mode import TorqueSetup
     from burnish.model.friction import Friction
     from burnish.model.ik import inverse_kinematics
     from burnish.model.model import Model
@@ -32,6 +34,7 @@ _HOMES = {
     "GravityCompensation": "control",
     "Hold": "trajectory",
     "HoldPose": "trajectory",
+    "Jaco2": "hardware.jaco2",
     "JointReference": "core",
     "JointSense": "control",
     "Limits": "runtime.supervisor",
@@ -45,6 +48,7 @@ _HOMES = {
     "Supervisor": "runtime.supervisor",
     "ToolReference": "core",
     "Torque": "core",
+    "TorqueSetup": "hardware.torque_mode",
     "WristSense": "control",
     "control": "control",
     "inverse_kinematics": "model.ik",
@@ -61,6 +65,7 @@ __all__ = [
     "GravityCompensation",
     "Hold",
     "HoldPose",
+    "Jaco2",
     "JointReference",
     "JointSense",
     "Limits",
@@ -74,6 +79,7 @@ __all__ = [
     "Supervisor",
     "ToolReference",
     "Torque",
+    "TorqueSetup",
     "WristSense",
     "control",
     "inverse_kinematics",

@@ -171,7 +171,23 @@ class Torque:
     """Joint torques [N·m], (n,)."""
 
 
-Command: TypeAlias = Torque
+@dataclass(frozen=True, slots=True)
+class JointPosition:
+    """A command to an arm in position mode: go there, at the arm's own pace; the next one takes its place."""
+
+    q: Array
+    """Joint positions, multi-turn [rad], (n,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointVelocity:
+    """A command to an arm in position mode: move like this for one control period."""
+
+    dq: Array
+    """Joint velocities [rad/s], (n,)."""
+
+
+Command: TypeAlias = Torque | JointPosition | JointVelocity
 
 
 class Sample(NamedTuple):
@@ -209,7 +225,7 @@ class Controller(Protocol[Ref_contra]):
 
 
 class Robot(Protocol):
-    """A torque-controlled arm: simulated, real or a mock. It paces the loop."""
+    """An arm: simulated, real or a mock. It paces the loop, and refuses the kinds of command that it cannot do."""
 
     def __enter__(self) -> Self:
         """Take the arm."""
@@ -221,4 +237,4 @@ class Robot(Protocol):
         """Block until the next measurement and return it."""
 
     def write(self, command: Command) -> Array:
-        """Send a command; returns the torque that is really applied [N·m], (n,)."""
+        """Send a command; returns what of it is really applied, in its own unit, (n,): of a `Torque` N·m."""

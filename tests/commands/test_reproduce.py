@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from burnish.cli import main
-from burnish.experiments.catalogue import experiments
+from burnish.commands.reproduce import Reproduction
+from burnish.experiments.catalogue import experiment, experiments
+from burnish.trials.experiment import Finding
+from burnish.trials.record import Record
+from burnish.trials.run import run as run_trial
 
 SHORT = "c_adaptive_push"
 METRICS = """position_rmse_mm orientation_rmse_deg joint_rmse_mrad position_steady_mm orientation_steady_deg settling_s
@@ -88,3 +95,19 @@ def test_ctrl_c_ends_with_130_and_keeps_what_is_done(tmp_path: Path) -> None:
     assert first["name"] == SHORT
     assert first["findings"]
     assert "Interrupted" in (out / "report.html").read_text()
+
+
+def test_record_from_another_process_is_judged_with_its_model(tmp_path: Path) -> None:
+    judged: list[int] = []
+
+    def judge(records: Mapping[str, Record]) -> list[Finding]:
+        judged.extend(record.model.n for record in records.values())
+        return []
+
+    made = experiment("c_masks")
+    trial = replace(made.trials()[0], duration=0.05)
+    short = replace(made, trials=lambda: [trial], judge=judge)
+    work = Reproduction(experiments={"short": short}, folder=tmp_path)
+    work._trials, work._records = {"short": [trial]}, {"short": {}}
+    work._take("short", 0, pickle.loads(pickle.dumps(run_trial(trial))))
+    assert judged == [6]

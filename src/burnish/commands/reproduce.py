@@ -19,13 +19,13 @@ from burnish.commands.options import output_folder, relative
 from burnish.commands.progress import Progress
 from burnish.errors import InputError, SimulationError
 from burnish.experiments.catalogue import experiment, experiments
-from burnish.experiments.experiment import Experiment, Trial
-from burnish.experiments.outcome import Outcome, outcome
-from burnish.experiments.plots import errors_svg
-from burnish.experiments.record import Record
-from burnish.experiments.report import reproduction_html
-from burnish.experiments.run import run as run_trial
-from burnish.experiments.tables import as_markdown, score
+from burnish.trials.experiment import Experiment, Trial
+from burnish.trials.outcome import Outcome, outcome
+from burnish.trials.plots import errors_svg
+from burnish.trials.record import Record
+from burnish.trials.report import reproduction_html
+from burnish.trials.run import run as run_trial
+from burnish.trials.tables import as_markdown, score
 
 DONE, INTERRUPTED = 0, 130
 
@@ -102,6 +102,8 @@ class Reproduction:
 
     def _take(self, name: str, i: int, record: Record) -> None:
         """File the record of a trial; the last one of an experiment has it judged."""
+        # It came from another process without its model.
+        record.model = self._trials[name][i].model
         self._records[name][self._trials[name][i].name] = record
         if len(self._records[name]) == len(self._trials[name]):
             self._judge(name)

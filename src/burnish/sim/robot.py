@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from typing_extensions import Self
 
-from burnish.core import Array, Command, State
+from burnish.core import Array, Command, State, Torque
 from burnish.errors import InputError, SimulationError
 from burnish.model.tool import PolishingTool
 from burnish.sim.contact import SphereOnSurface, Touch, plain
@@ -117,6 +117,10 @@ class SimRobot:
         """Simulated time [s]."""
         return self._steps * TIMESTEP
 
+    def truth_dq(self) -> Array:
+        """True joint speeds at this instant [rad/s], (n,): for a judge, never for a controller."""
+        return np.array(self._qvel)
+
     def read(self) -> State:
         """Run the physics to the next sample; what the sensors read then.
 
@@ -132,7 +136,13 @@ class SimRobot:
         return state
 
     def write(self, command: Command) -> Array:
-        """Send a torque; it acts after the plant's delay. Returns the torque after the driver's last clamp [N·m]."""
+        """Send a torque; it acts after the plant's delay. Returns the torque after the driver's last clamp [N·m].
+
+        Raises:
+            InputError: if the torque is not finite, or the command is none: this arm has no position mode.
+        """
+        if not isinstance(command, Torque):
+            raise InputError(f"the simulated arm takes a Torque; it has no position mode for {type(command).__name__}")
         asked = command.tau.tolist()
         if not all(map(isfinite, asked)):
             raise InputError(f"torque command {command.tau} is not finite; the driver does not send it")

@@ -1,0 +1,1 @@
+"""The real arm, a Kinova JACO2: the only home of the vendor's library."""
