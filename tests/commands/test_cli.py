@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from burnish.cli import main
-from burnish.commands import polish
+from burnish.commands import work
 from burnish.polish import cellsim
 from burnish.polish.process import Job
 from burnish.polish.stroke import from_plan
@@ -182,7 +182,7 @@ def test_clamp_left_on_the_mould_stops_the_arm_with_3_and_a_report(
         robots.append(robot)
         return job, robot
 
-    monkeypatch.setattr(polish, "simulated_job", on_another_mould)
+    monkeypatch.setattr(work, "simulated_job", on_another_mould)
     mesh, out = small_plate(tmp_path / "p.stl", size=60.0), tmp_path / "run"
     assert main(["polish", "--mould", str(mesh), "--out", str(out)]) == 3
     said = capsys.readouterr().out

@@ -65,6 +65,11 @@ BAD_FILES: dict[str, tuple[bytes, str]] = {
     "no triangles, binary": (binary_stl(np.empty((0, 3, 3))), "no triangles"),
     "no triangles, ascii": (b"solid\nendsolid\n", "no triangles"),
     "not a number": (spoilt(np.nan), "not a finite number"),
+    # Its kind that complains when it is converted.
+    "signalling not a number": (
+        binary_stl(PART)[:96] + b"\x01\x00\x80\x7f" + binary_stl(PART)[100:],
+        "not a finite number",
+    ),
     "infinite": (spoilt(-np.inf), "not a finite number"),
     "ascii not a number": (ascii_stl(PART).replace(b"vertex 60", b"vertex nan", 1), "not a finite number"),
     "ascii beyond all numbers": (ascii_stl(PART).replace(b"vertex 60", b"vertex 1e999", 1), "not a finite number"),

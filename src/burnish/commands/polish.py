@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import platform
 import signal
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from importlib.metadata import version
 from pathlib import Path
+from threading import Event
 from types import FrameType
 from typing import Any
 
@@ -19,25 +17,20 @@ import numpy as np
 from burnish.analysis.arm_picture import arm_shapes, mould_shapes, trace_shape
 from burnish.analysis.metrics import Scalar, write_metrics
 from burnish.analysis.render import Camera
-from burnish.analysis.report import Event, RunReport, write_report
+from burnish.analysis.report import Event as ReportEvent
+from burnish.analysis.report import RunReport, write_report
 from burnish.analysis.shape import Shape
-from burnish.commands.evaluate import Evaluation, RunLog, evaluate
+from burnish.commands.evaluate import Evaluation, evaluate
 from burnish.commands.options import output_folder, relative
+from burnish.commands.order import Order
 from burnish.commands.progress import Progress
-from burnish.errors import InputError
-from burnish.model.model import JACO2_URDF
+from burnish.commands.work import Work, drive, model_hash, outcome, prepare, versions
 from burnish.model.tool import PolishingTool
-from burnish.polish.cellsim import JointFelt, WristFelt, check_size, plan_strokes, simulated_job
 from burnish.polish.process import Job
-from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON, Recipe
-from burnish.runtime.recorder import Recorder
-from burnish.sim import arms
-from burnish.sim.robot import SimRobot
-from burnish.surface import DistanceGrid, Mould
+from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON
+from burnish.surface import Mould
 
 DONE, STOPPED, INTERRUPTED = 0, 3, 130
-ARMS = {"ideal": arms.ideal, "honest": arms.honest, "honest-stiff": arms.honest_stiff}
-SENSES: dict[str, WristFelt | JointFelt] = {"wrist": WristFelt(), "joint": JointFelt()}
 FORCE_LINE = (
     "force error {force_rms_N:.2f} N RMS, {force_p99_N:.2f} N in 99 % of the time; touch {touch_peak_N:.1f} N; "
     "tilt {tilt_rms_deg:.2f}° RMS"
@@ -50,141 +43,70 @@ SURFACE_LINE = (
 
 def run(options: argparse.Namespace) -> int:
     """Do the job and write ``run.mcap``, ``metrics.json`` and ``report.html``; nothing when it is refused."""
-    recipe = Recipe(force=options.force, feed=options.feed)
-    if options.seed < 0:
-        raise InputError(f"seed {options.seed} is negative; expected 0 or more")
-    arm = ARMS[options.arm](options.seed)
-    rate = arm.rate if options.rate is None else options.rate
-    if not 50.0 <= rate <= 1000.0:
-        raise InputError(f"rate {rate:g} Hz is out of range; expected 50 to 1000 Hz")
+    order = Order.asked(options)
     folder = output_folder(options.out, "polish")
-    tool = PolishingTool()
     with Progress() as progress:
         progress.stage("reading the mould")
-        mould = Mould.load(options.mould, options.unit)
-        check_size(mould, tool)
-        grid = DistanceGrid.of(mould)
-        progress.stage("planning the path")
-        strokes = plan_strokes(mould, grid, recipe, tool)
-        log = RunLog()
-        job, robot = simulated_job(
-            grid,
-            strokes,
-            arm,
-            rate=rate,
-            felt=SENSES[options.sensor],
-            tool=tool,
-            on_phase=lambda phase: log.phases.append((robot.time, phase)),
-        )
-        paths, _ = job.plan()
+        work = prepare(order, Mould.load(order.mould, order.unit), progress)
         folder.mkdir(parents=True, exist_ok=True)
-        expected = sum(path.duration for path in paths)
-        with _interruptible(job):
-            wall = _drive(job, robot, log, folder / "run.mcap", _metadata(options, mould), expected, progress)
+        with _interruptible() as asked:
+            wall = drive(work, folder / "run.mcap", progress, lambda count: asked.is_set())
         progress.stage("judging the surface")
-        result = evaluate(log, robot.truth, mould, grid, recipe, tool)
+        job, robot = work.job, work.robot
+        result = evaluate(work.log, robot.truth, work.mould, work.grid, order.recipe, work.tool)
         metrics: dict[str, Scalar] = result.metrics | {
-            "path_length_m": sum(stroke.length for stroke in strokes),
+            "path_length_m": sum(stroke.length for stroke in work.strokes),
             "duration_s": robot.time,
             "realtime_factor": robot.time / wall,
-            "cycles": len(log.t),
+            "cycles": len(work.log.t),
             "late_cycles": robot.late_cycles,
             "supervisor_events": int(job.rig.supervisor.tripped),
-            "seed": options.seed,
-            "mould": mould.name,
-            "arm": options.arm,
-            "sensor": options.sensor,
-            "rate_Hz": rate,
+            "seed": order.seed,
+            "mould": work.mould.name,
+            "arm": order.arm,
+            "sensor": order.sensor,
+            "rate_Hz": order.rate,
         }
         write_metrics(folder / "metrics.json", metrics)
         progress.stage("writing the report")
-        write_report(_report(job, robot, mould, result, metrics, options, tool), folder / "report.html")
+        write_report(_report(work, result, metrics), folder / "report.html")
     _say(job, metrics, folder)
     if job.interrupted:
         return INTERRUPTED
     return STOPPED if job.rig.supervisor.tripped or job.failure else DONE
 
 
-def _drive(
-    job: Job, robot: SimRobot, log: RunLog, path: Path, metadata: dict[str, str], expected: float, progress: Progress
-) -> float:
-    """Run the job to the arm at rest; returns the wall time that it took [s]."""
-    start = time.perf_counter()
-    done = 0.0
-    with robot, Recorder(path, joint_names=job.rig.model.joint_names, metadata=metadata) as recorder:
-        for sample in job.run():
-            recorder.record(sample, job.phase)
-            log.add(sample)
-            if job.phase == "pass":
-                done += robot.period
-            progress.update(job.phase, done / expected)
-    wall = time.perf_counter() - start
-    if recorder.error is not None:
-        progress.warn(f"the recording ended early: {recorder.error}")
-    return wall
-
-
 @contextmanager
-def _interruptible(job: Job) -> Iterator[None]:
+def _interruptible() -> Iterator[Event]:
     """The first Ctrl-C asks the job to end; the arm lifts off and comes to rest. The second one ends the program."""
     before = signal.getsignal(signal.SIGINT)
+    asked = Event()
 
     def ask(number: int, frame: FrameType | None) -> None:
         signal.signal(signal.SIGINT, before)
-        job.interrupt()
+        asked.set()
 
     signal.signal(signal.SIGINT, ask)
     try:
-        yield
+        yield asked
     finally:
         signal.signal(signal.SIGINT, before)
 
 
-def _outcome(job: Job) -> str:
-    event = job.rig.supervisor.event
-    if event is not None:
-        return f"stopped by the supervisor: {event.cause}"
-    if job.failure is not None:
-        return f"stopped: {job.failure}"
-    return "interrupted" if job.interrupted else "done"
-
-
-def _metadata(options: argparse.Namespace, mould: Mould) -> dict[str, str]:
-    """What a reader of the recording needs to know of the run."""
-    asked = {name: str(getattr(options, name)) for name in ("mould", "arm", "sensor", "force", "feed", "seed")}
-    return asked | _versions() | {"mould_sha256": mould.sha256, "model_sha256": _model_hash()}
-
-
-def _versions() -> dict[str, str]:
-    packages = {name: version(name) for name in ("burnish", "mujoco", "pin", "numpy", "scipy")}
-    return packages | {"python": platform.python_version()}
-
-
-def _model_hash() -> str:
-    return hashlib.sha256(JACO2_URDF.read_bytes()).hexdigest()
-
-
-def _report(
-    job: Job,
-    robot: SimRobot,
-    mould: Mould,
-    result: Evaluation,
-    metrics: dict[str, Scalar],
-    options: argparse.Namespace,
-    tool: PolishingTool,
-) -> RunReport:
+def _report(work: Work, result: Evaluation, metrics: dict[str, Scalar]) -> RunReport:
+    order, job, tool, mould = work.order, work.job, work.tool, work.mould
     supervisor = job.rig.supervisor
-    events = () if supervisor.event is None else (Event(t=supervisor.event.t, cause=supervisor.event.cause),)
+    events = () if supervisor.event is None else (ReportEvent(t=supervisor.event.t, cause=supervisor.event.cause),)
     shapes, camera = _picture(job, mould, result, tool)
     limits = supervisor.limits
     return RunReport(
-        title=f"Polishing {mould.name}: {options.force:g} N at {1e3 * options.feed:g} mm/s",
-        outcome=_outcome(job),
+        title=f"Polishing {mould.name}: {order.force:g} N at {1e3 * order.feed:g} mm/s",
+        outcome=outcome(job),
         metrics=metrics,
         recipe={
             "mould": mould.name,
-            "force [N]": options.force,
-            "feed [mm/s]": 1e3 * options.feed,
+            "force [N]": order.force,
+            "feed [mm/s]": 1e3 * order.feed,
             "strokes": len(job.strokes),
             "path margin [mm]": 1e3 * MARGIN,
             "edge band, not judged [mm]": 1e3 * EDGE_BAND,
@@ -195,8 +117,9 @@ def _report(
             "tool force limit [N]": limits.tool_force,
             "torque rate limit [N·m/s]": limits.torque_rate,
         },
-        versions=_versions() | {"model": _model_hash()[:16], "mould": mould.sha256[:16]},
-        seed=options.seed,
+        versions=versions()
+        | {"python": platform.python_version(), "model": model_hash()[:16], "mould": mould.sha256[:16]},
+        seed=order.seed,
         simulated=True,
         series=result.series,
         removal=result.removal,
@@ -221,8 +144,8 @@ def _picture(job: Job, mould: Mould, result: Evaluation, tool: PolishingTool) ->
 
 def _say(job: Job, metrics: Mapping[str, Any], folder: Path) -> None:
     """The result in a few lines, for a terminal."""
-    outcome = _outcome(job)
-    print(f"{outcome[:1].upper()}{outcome[1:]}.")
+    ending = outcome(job)
+    print(f"{ending[:1].upper()}{ending[1:]}.")
     if "force_rms_N" in metrics:
         print(FORCE_LINE.format(**metrics))
         print(SURFACE_LINE.format(**metrics))

@@ -20,8 +20,8 @@ from burnish.polish.process import Job
 from burnish.polish.recipe import MARGIN, Recipe
 from burnish.polish.stroke import Stroke
 from burnish.polish.toolpath import raster
-from burnish.runtime.loop import Rig
 from burnish.runtime.limits import Limits
+from burnish.runtime.loop import Rig
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim.arms import Arm
 from burnish.sim.robot import SimRobot

@@ -13,6 +13,8 @@ from burnish.errors import PlanError
 
 _UNIT = 1e-3
 """Deviation of a normal's length from 1 that a plan read from a file may have."""
+_MOST = 1e4
+"""Largest number of a stroke in SI units; larger ones are a mistake, and their squares would overflow."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +38,7 @@ class Stroke:
         for name in ("points", "normals", "feed", "force"):
             try:
                 object.__setattr__(self, name, read_only(getattr(self, name)))
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise PlanError(f"stroke: {name} is no array of numbers; expected numbers in rows") from None
         count = len(self.points) if self.points.ndim else 0
         shapes = {"points": (count, 3), "normals": (count, 3), "feed": (count,), "force": (count,)}
@@ -46,6 +48,8 @@ class Stroke:
                 raise PlanError(f"stroke: {name} has shape {found.shape}; expected {shape} with at least two points")
             if not np.isfinite(found).all():
                 raise PlanError(f"stroke: {name} holds a value that is not a finite number")
+            if np.abs(found).max() > _MOST:
+                raise PlanError(f"stroke: {name} holds a value beyond {_MOST:g}; expected m, m/s and N")
         if np.any(np.abs(np.linalg.norm(self.normals, axis=1) - 1.0) > _UNIT):
             raise PlanError("stroke: a normal is not of length 1; expected outward unit normals")
         if np.any(self.feed <= 0.0) or np.any(self.force < 0.0):

@@ -7,14 +7,18 @@ counted from behind those four bytes; a text is its length with the closing zero
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Stamps = NDArray[np.int64]
+from burnish.errors import RecordingError
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
+MAX_JOINTS = 64
+"""Most joints of a recording that is read."""
 
 
 class Layout:
@@ -63,39 +67,51 @@ class Layout:
 
     def done(self) -> Template:
         """The finished layout."""
-        return Template(ENCAPSULATION + bytes(self._body), self._fields)
+        return Template(blank=ENCAPSULATION + bytes(self._body), fields=dict(self._fields))
 
     def _align(self, size: int) -> None:
         self._body += bytes(-len(self._body) % size)
 
 
+@dataclass(frozen=True, kw_only=True)
 class Template:
     """A finished layout: one message with zeros, and the places of its numbers."""
 
-    def __init__(self, blank: bytes, fields: dict[str, tuple[Any, int]]) -> None:
-        self._blank = blank
-        self._dtype = np.dtype(
-            {
-                "names": list(fields),
-                "formats": [kind for kind, _ in fields.values()],
-                "offsets": [offset for _, offset in fields.values()],
-                "itemsize": len(blank),
-            }
-        )
+    blank: bytes
+    """The message with every number zero."""
+    fields: Mapping[str, tuple[Any, int]]
+    """Name of a number to its numpy kind and its place [B]."""
 
-    def fill(self, stamps: Stamps, **columns: Any) -> list[bytes]:
-        """One message a row.
+    def columns(self, messages: Sequence[bytes]) -> NDArray[np.void]:
+        """The numbers of messages of this layout, one row a message.
 
-        Args:
-            stamps: times of the messages [ns], (N,).
-            columns: field name to values, (N,) or (N, count).
+        Raises:
+            RecordingError: if one of them has another length, or something else where nothing may change.
         """
-        rows = np.frombuffer(bytearray(self._blank * len(stamps)), dtype=self._dtype)
-        rows["sec"], rows["nanosec"] = np.divmod(stamps, 1_000_000_000)
-        for name, values in columns.items():
-            rows[name] = values
-        data, size = rows.tobytes(), len(self._blank)
-        return [data[i : i + size] for i in range(0, len(data), size)]
+        size = len(self.blank)
+        if any(len(message) != size for message in messages):
+            raise RecordingError(f"a message is not {size} bytes long; expected messages as burnish writes them")
+        dtype = record_dtype(self.fields, size)
+        rows = np.frombuffer(b"".join(messages), dtype=np.uint8).reshape(len(messages), size)
+        fixed = np.ones(size, dtype=bool)
+        for name in self.fields:
+            kind, start = dtype.fields[name][:2]  # type: ignore[index]
+            fixed[start : start + kind.itemsize] = False
+        if np.any(rows[:, fixed] != np.frombuffer(self.blank, dtype=np.uint8)[fixed]):
+            raise RecordingError("a message is not laid out as burnish writes it: a name, a frame or a length differs")
+        return rows.view(dtype)[:, 0]
+
+
+def record_dtype(fields: Mapping[str, tuple[Any, int]], size: int) -> np.dtype[np.void]:
+    """The numpy type of ``size`` bytes with numbers at given places."""
+    return np.dtype(
+        {
+            "names": list(fields),
+            "formats": [kind for kind, _ in fields.values()],
+            "offsets": [offset for _, offset in fields.values()],
+            "itemsize": size,
+        }
+    )
 
 
 def text(value: str) -> bytes:
@@ -114,6 +130,47 @@ def joint_state(names: tuple[str, ...], effort: bool) -> Template:
     return layout.sequence("effort", count if effort else 0).done()
 
 
+def joint_names(message: bytes) -> tuple[str, ...]:
+    """The names in a ``sensor_msgs/msg/JointState`` that burnish wrote.
+
+    Raises:
+        RecordingError: if there are none, or more than any arm has joints.
+    """
+    at = len(Layout().header("").done().blank)
+    at += -(at - len(ENCAPSULATION)) % 4
+    names: list[str] = []
+    count = _length(message, at)
+    if not 0 < count <= MAX_JOINTS:
+        raise RecordingError(f"a joint state has {count} joints; expected 1 to {MAX_JOINTS}")
+    at += 4
+    for _ in range(count):
+        at += -(at - len(ENCAPSULATION)) % 4
+        size = _length(message, at)
+        names.append(read_text(message[at : at + 4 + size]))
+        at += 4 + size
+    return tuple(names)
+
+
+def _length(message: bytes, at: int) -> int:
+    if at + 4 > len(message):
+        raise RecordingError("a message is shorter than its fields; it is damaged")
+    return int(struct.unpack_from("<I", message, at)[0])
+
+
+def read_text(data: bytes) -> str:
+    """The text that ``text`` made these bytes of.
+
+    Raises:
+        RecordingError: if they are no such bytes.
+    """
+    if len(data) < 5 or struct.unpack_from("<I", data)[0] != len(data) - 4 or data[-1] != 0:
+        raise RecordingError("a text in a message has a wrong length; it is damaged")
+    try:
+        return data[4:-1].decode()
+    except UnicodeDecodeError:
+        raise RecordingError("a text in a message is not UTF-8; it is damaged") from None
+
+
 def pose(frame: str) -> Template:
     """``geometry_msgs/msg/PoseStamped``: ``position`` (3,), ``orientation`` (4,) as x y z w."""
     return Layout().header(frame).number("position", "<f8", 3).number("orientation", "<f8", 4).done()
@@ -130,10 +187,19 @@ def transform(frame: str, child: str) -> Template:
     return layout.number("position", "<f8", 3).number("orientation", "<f8", 4).done()
 
 
-def control_state(count: int) -> Template:
-    """``burnish_msgs/msg/ControlState`` up to its last field, the phase, whose ``text`` is appended."""
+def control_state(count: int, phase: str) -> Template:
+    """``burnish_msgs/msg/ControlState`` in a phase; the phase is what stands last."""
+    return _control_state(count).text(phase).done()
+
+
+def control_state_head(count: int) -> Template:
+    """The same up to the phase."""
+    return _control_state(count).done()
+
+
+def _control_state(count: int) -> Layout:
     layout = Layout().header("").sequence("torque_commanded", count).sequence("torque_applied", count)
-    return layout.number("force_set", "<f8").number("force_measured", "<f8").align(4).done()
+    return layout.number("force_set", "<f8").number("force_measured", "<f8").align(4)
 
 
 HEADER = "std_msgs/Header header\n"

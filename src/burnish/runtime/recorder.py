@@ -1,8 +1,8 @@
 """A recording of a run: one MCAP file with ROS 2 messages, written by a thread of its own.
 
-The control loop only appends to a queue. The thread packs whole batches, compresses them in chunks of 64 KiB
-and hands each to the operating system, so that a run that is killed loses a fraction of a second. A disk that
-is full stops the recording, never the arm.
+The control loop only appends to a queue. Every 10 ms at 1 kHz, 25 ms at 100 Hz, the thread packs what has come,
+compresses it and hands it to the operating system as a chunk that stands for itself, so that a run that is killed loses
+what its last few hundredths of a second brought. A disk that is full stops the recording, never the arm.
 """
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
+from time import monotonic
 from types import TracebackType
-from typing import IO
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from typing_extensions import Self
@@ -22,25 +24,35 @@ from burnish import rotation
 from burnish.core import Array, Sample, ToolReference
 from burnish.errors import InputError
 from burnish.runtime import messages
+from burnish.runtime.cycle import Cycle
 from burnish.runtime.mcap_file import McapFile
 
 logger = logging.getLogger(__name__)
 
 CHUNK_SIZE = 64 * 1024
-"""Uncompressed size of a chunk [B]: what a killed run loses at most."""
-PERIOD = 0.05
-"""Time between two batches [s]."""
+"""Uncompressed size at which a chunk is closed before its time [B]; a cycle takes about 1.3 kB."""
+PERIOD = 0.01
+"""Time between two looks at the queue [s]. On a busy machine the thread gets a processor and the interpreter late, some
+times over: with 20 ms what a killed run lost was above 50 ms there now and then."""
+FEW, LATEST = 8, 0.025
+"""Fewer samples than this wait for more until so long after the last chunk [s]: small chunks cost time and space."""
 BATCH = 32
-"""Most samples of a batch: about 50 kB of messages, so that chunks come out near their size."""
+"""Most samples that are packed at once: about 40 kB of messages, so that chunks come out near their size."""
 BASE_FRAME, TOOL_FRAME = "base", "tool"
+START, END = "burnish", "burnish_end"
+"""Names of the metadata that are known before the first sample, and after the last one."""
+MOST_SHAPES = 64
+"""Layouts of a cycle that are kept; a run has about a dozen phases."""
 
+JOINTS, POSE, TRANSFORM = "/joint_states", "/tool_pose", "/tf"
+DESIRED, WRENCH, CONTROL = "/tool_pose_desired", "/wrench", "/control_state"
 TOPICS = {
-    "/joint_states": "sensor_msgs/msg/JointState",
-    "/tool_pose": "geometry_msgs/msg/PoseStamped",
-    "/tool_pose_desired": "geometry_msgs/msg/PoseStamped",
-    "/wrench": "geometry_msgs/msg/WrenchStamped",
-    "/tf": "tf2_msgs/msg/TFMessage",
-    "/control_state": "burnish_msgs/msg/ControlState",
+    JOINTS: "sensor_msgs/msg/JointState",
+    POSE: "geometry_msgs/msg/PoseStamped",
+    DESIRED: "geometry_msgs/msg/PoseStamped",
+    WRENCH: "geometry_msgs/msg/WrenchStamped",
+    TRANSFORM: "tf2_msgs/msg/TFMessage",
+    CONTROL: "burnish_msgs/msg/ControlState",
 }
 """Topic to message type."""
 
@@ -77,6 +89,7 @@ class Recorder:
         self._queue: deque[Entry] = deque()
         self._stopping = threading.Event()
         self._file = _File(file, tuple(joint_names), metadata)
+        self._ending: dict[str, str] = {}
         self._thread = threading.Thread(target=self._run, name="burnish-recorder", daemon=True)
         self._thread.start()
 
@@ -89,6 +102,10 @@ class Recorder:
         """
         if self.error is None:
             self._queue.append((sample, phase))
+
+    def end_with(self, **values: str) -> None:
+        """Names and values to write behind the last sample: how the run ended."""
+        self._ending |= values
 
     def close(self) -> None:
         """Write what is queued, the index and the end of the file; returns when all of it is on its way."""
@@ -106,13 +123,17 @@ class Recorder:
     def _run(self) -> None:
         try:
             self._file.begin()
-            stopping = False
+            stopping, written = False, monotonic()
             while not stopping:
                 # Asked before the queue is emptied: whatever came before close() is written.
                 stopping = self._stopping.wait(PERIOD)
+                if len(self._queue) < FEW and not stopping and monotonic() - written < LATEST:
+                    continue
+                written = monotonic()
                 while self._queue:
                     self._file.write(self._take())
-            self._file.finish()
+                self._file.flush()
+            self._file.finish(self._ending)
         except Exception as error:  # noqa: BLE001  The edge of the thread: nothing may reach the control loop.
             self.error = error
             self._queue.clear()
@@ -124,43 +145,58 @@ class Recorder:
         return [self._queue.popleft() for _ in range(min(BATCH, len(self._queue)))]
 
 
+class _Shape(NamedTuple):
+    """What a sample has to say; samples of one shape are packed together."""
+
+    effort: bool
+    wrench: bool
+    desired: bool
+    normal: bool
+    phase: str
+
+
+def _shape(entry: Entry) -> _Shape:
+    sample, phase = entry
+    arm, wanted = sample.arm, sample.reference
+    desired = isinstance(wanted, ToolReference)
+    return _Shape(arm.tau is not None, arm.F is not None, desired, desired and wanted.normal is not None, phase)
+
+
 class _File:
     """The MCAP file; touched by the thread alone once that has started."""
 
     def __init__(self, file: IO[bytes], joint_names: tuple[str, ...], metadata: Mapping[str, str]) -> None:
         self._file = file
         self._metadata = {str(name): str(value) for name, value in metadata.items()}
-        self._joints = len(joint_names)
-        self._joint_state = {effort: messages.joint_state(joint_names, effort) for effort in (False, True)}
-        self._pose = messages.pose(BASE_FRAME)
-        self._wrench = messages.wrench(BASE_FRAME)
-        self._transform = messages.transform(BASE_FRAME, TOOL_FRAME)
-        self._control = messages.control_state(self._joints)
+        self._names = joint_names
         self._mcap = McapFile(file, CHUNK_SIZE)
         self._channels: dict[str, int] = {}
+        self._cycles: dict[_Shape, Cycle] = {}
         self._count = 0
 
     def begin(self) -> None:
         """Header, metadata, schemas and channels."""
-        self._channels = self._mcap.begin("burnish", self._metadata, messages.SCHEMAS, TOPICS)
+        self._mcap.begin("burnish")
+        self._mcap.note(START, self._metadata)
+        self._channels = self._mcap.describe(messages.SCHEMAS, TOPICS)
 
     def write(self, entries: list[Entry]) -> None:
         """All messages of a batch, sample by sample."""
-        stamps = np.array([round(sample.arm.t * 1e9) for sample, _ in entries], dtype=np.int64)
-        topics, columns = zip(*self._pack(entries, stamps), strict=True)
-        numbers = [self._channels[topic] for topic in topics]
-        rows = [
-            (channel, stamp, self._count + i, data)
-            for i, (stamp, row) in enumerate(zip(stamps.tolist(), zip(*columns, strict=True), strict=True))
-            for channel, data in zip(numbers, row, strict=True)
-            if data
-        ]
-        channels, times, sequences, payloads = zip(*rows, strict=True)
-        self._mcap.write(channels, times, sequences, payloads)
-        self._count += len(entries)
+        for shape, run in groupby(entries, key=_shape):
+            samples = [sample for sample, _ in run]
+            stamps = np.array([round(sample.arm.t * 1e9) for sample in samples], dtype=np.int64)
+            columns = _columns(samples, shape, len(self._names))
+            self._mcap.write(*self._cycle(shape).encode(self._count, stamps, columns))
+            self._count += len(samples)
 
-    def finish(self) -> None:
-        """Last chunk, index and end."""
+    def flush(self) -> None:
+        """Hand all messages so far to the operating system."""
+        self._mcap.close_chunk()
+
+    def finish(self, ending: Mapping[str, str]) -> None:
+        """Last chunk, how it ended, index and end."""
+        if ending:
+            self._mcap.note(END, {"cycles": str(self._count), **ending})
         self._mcap.finish()
         self._file.close()
 
@@ -171,64 +207,60 @@ class _File:
         except OSError as error:
             logger.debug("closing the recording: %s", error)
 
-    def _pack(self, entries: list[Entry], stamps: messages.Stamps) -> Iterable[tuple[str, list[bytes]]]:
-        """Topic and one message a sample; empty bytes where the sample has nothing to say."""
-        arms = [sample.arm for sample, _ in entries]
-        efforts = [arm.tau for arm in arms]
-        motion = {"position": np.array([arm.q for arm in arms]), "velocity": np.array([arm.dq for arm in arms])}
-        yield (
-            "/joint_states",
-            _merge(
-                self._joint_state[False].fill(stamps, **motion),
-                self._joint_state[True].fill(stamps, **motion, effort=_rows(efforts, self._joints)),
-                efforts,
-            ),
-        )
-        place = {"position": np.array([arm.p for arm in arms]), "orientation": _orientations([arm.R for arm in arms])}
-        yield "/tool_pose", self._pose.fill(stamps, **place)
-        yield "/tf", self._transform.fill(stamps, **place)
+    def _cycle(self, shape: _Shape) -> Cycle:
+        """The layout of a cycle of this shape."""
+        if shape not in self._cycles:
+            if len(self._cycles) >= MOST_SHAPES:
+                self._cycles.clear()
+            self._cycles[shape] = self._laid_out(shape)
+        return self._cycles[shape]
 
-        wanted = [s.reference if isinstance(s.reference, ToolReference) else None for s, _ in entries]
-        desired = self._pose.fill(
-            stamps,
-            position=_rows([None if w is None else w.p for w in wanted], 3),
-            orientation=_orientations([np.eye(3) if w is None else w.R for w in wanted]),
-        )
-        yield "/tool_pose_desired", _merge([b""] * len(entries), desired, wanted)
-        wrenches = [arm.F for arm in arms]
-        yield "/wrench", _merge([b""] * len(entries), self._wrench.fill(stamps, wrench=_rows(wrenches, 6)), wrenches)
-
-        control = self._control.fill(
-            stamps,
-            torque_commanded=np.array([sample.commanded for sample, _ in entries]),
-            torque_applied=np.array([sample.applied for sample, _ in entries]),
-            force_set=[0.0 if w is None else w.force for w in wanted],
-            force_measured=[_pressing(F, w) for F, w in zip(wrenches, wanted, strict=True)],
-        )
-        phases = [messages.text(phase) for _, phase in entries]
-        yield "/control_state", [head + phase for head, phase in zip(control, phases, strict=True)]
+    def _laid_out(self, shape: _Shape) -> Cycle:
+        parts = {
+            JOINTS: messages.joint_state(self._names, shape.effort),
+            POSE: messages.pose(BASE_FRAME),
+            TRANSFORM: messages.transform(BASE_FRAME, TOOL_FRAME),
+        }
+        if shape.desired:
+            parts[DESIRED] = messages.pose(BASE_FRAME)
+        if shape.wrench:
+            parts[WRENCH] = messages.wrench(BASE_FRAME)
+        parts[CONTROL] = messages.control_state(len(self._names), shape.phase)
+        return Cycle([(topic, self._channels[topic], template) for topic, template in parts.items()])
 
 
-def _merge(absent: list[bytes], present: list[bytes], values: Sequence[object]) -> list[bytes]:
-    """Per sample, ``present`` where there is a value."""
-    return [a if value is None else p for a, p, value in zip(absent, present, values, strict=True)]
+def _columns(samples: Sequence[Sample], shape: _Shape, joints: int) -> dict[str, dict[str, Any]]:
+    """For each topic its numbers, a row a sample."""
+    count = len(samples)
+    arms = [sample.arm for sample in samples]
+    wanted = [sample.reference for sample in samples]
 
+    def rows(values: Sequence[Any], width: int) -> Array:
+        # One copy of all: three times as fast as an array of arrays. A wrong size does not fit the shape.
+        return np.concatenate(values).reshape(count, width)
 
-def _rows(values: Sequence[Array | None], count: int) -> Array:
-    blank = np.zeros(count)
-    return np.array([blank if value is None else value for value in values])
-
-
-def _orientations(rotations: Sequence[Array]) -> Array:
-    """Quaternions in the order of ROS, x y z w, (N, 4)."""
-    return np.array([rotation.quaternion(R) for R in rotations])[:, [1, 2, 3, 0]]
-
-
-def _pressing(F: Array | None, wanted: ToolReference | None) -> float:
-    """Measured force along the outward normal [N]; NaN without a sensor or without a surface.
-
-    ``F`` is what the environment does to the tool, so a tool that presses is pushed along the outward normal.
-    """
-    if F is None or wanted is None or wanted.normal is None:
-        return float("nan")
-    return float(F[:3] @ wanted.normal)
+    turned = [arm.R for arm in arms] + ([w.R for w in wanted] if shape.desired else [])
+    orientation = rotation.quaternions(np.concatenate(turned).reshape(-1, 3, 3))[:, [1, 2, 3, 0]]
+    place = {"position": rows([arm.p for arm in arms], 3), "orientation": orientation[:count]}
+    joint = {"position": rows([arm.q for arm in arms], joints), "velocity": rows([arm.dq for arm in arms], joints)}
+    if shape.effort:
+        joint["effort"] = rows([arm.tau for arm in arms], joints)
+    columns: dict[str, dict[str, Any]] = {JOINTS: joint, POSE: place, TRANSFORM: place}
+    control: dict[str, Any] = {
+        "torque_commanded": rows([sample.commanded for sample in samples], joints),
+        "torque_applied": rows([sample.applied for sample in samples], joints),
+        "force_set": 0.0,
+        # Nothing is measured without a sensor, nor along no normal.
+        "force_measured": np.nan,
+    }
+    if shape.desired:
+        columns[DESIRED] = {"position": rows([w.p for w in wanted], 3), "orientation": orientation[count:]}
+        control["force_set"] = [w.force for w in wanted]
+    if shape.wrench:
+        wrench = rows([arm.F for arm in arms], 6)
+        columns[WRENCH] = {"wrench": wrench}
+        if shape.normal:
+            # The wrench is what the environment does to the tool: one that presses is pushed along the outward normal.
+            control["force_measured"] = np.einsum("ij,ij->i", wrench[:, :3], rows([w.normal for w in wanted], 3))
+    columns[CONTROL] = control
+    return columns

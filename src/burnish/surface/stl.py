@@ -102,7 +102,9 @@ def _binary(path: Path, data: bytes) -> Array:
             f"{size} bytes, but it has {len(data)}; export it again"
         )
     _check_count(path, promised)
-    return np.frombuffer(data, dtype=_RECORD, offset=_HEADER)["corners"].astype(np.float64)
+    corners = np.frombuffer(data, dtype=_RECORD, offset=_HEADER)["corners"]
+    with np.errstate(invalid="ignore"):  # A signalling NaN; it is refused with the other numbers that are not finite.
+        return corners.astype(np.float64)
 
 
 def _ascii(path: Path, data: bytes) -> Array:

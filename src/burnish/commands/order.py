@@ -1,0 +1,108 @@
+"""What ``burnish polish`` was asked for: everything that decides a simulated run."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+from burnish.errors import InputError, RecordingError
+from burnish.polish.cellsim import JointFelt, WristFelt
+from burnish.polish.recipe import Recipe
+from burnish.sim import arms
+from burnish.sim.arms import Arm
+from burnish.surface import bundled
+
+ARMS = {"ideal": arms.ideal, "honest": arms.honest, "honest-stiff": arms.honest_stiff}
+SENSES: dict[str, WristFelt | JointFelt] = {"wrist": WristFelt(), "joint": JointFelt()}
+UNITS = ("mm", "m", "inch")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Order:
+    """The options of a job, checked, with what was left open filled in."""
+
+    mould: str
+    """Bundled name or path of an STL file."""
+    unit: str
+    """Unit of that file."""
+    arm: str
+    """Name of the simulated arm."""
+    sensor: str
+    """Name of what it feels with."""
+    force: float
+    """Contact force [N]."""
+    feed: float
+    """Speed over the surface [m/s]."""
+    rate: float
+    """Control rate [Hz]."""
+    seed: int
+    """Seed of all random errors."""
+
+    def __post_init__(self) -> None:
+        Recipe(force=self.force, feed=self.feed)
+        for name, known in (("arm", ARMS), ("sensor", SENSES), ("unit", UNITS)):
+            if getattr(self, name) not in known:
+                raise InputError(f"{name} {getattr(self, name)!r} is not known; expected {', '.join(known)}")
+        if self.seed < 0:
+            raise InputError(f"seed {self.seed} is negative; expected 0 or more")
+        if not 50.0 <= self.rate <= 1000.0:
+            raise InputError(f"rate {self.rate:g} Hz is out of range; expected 50 to 1000 Hz")
+
+    @classmethod
+    def asked(cls, options: argparse.Namespace) -> Order:
+        """From the command line; an arm has its own rate.
+
+        Raises:
+            InputError: if an option is out of range.
+        """
+        given = {field.name: getattr(options, field.name) for field in fields(cls)}
+        if given["rate"] is None:
+            given["rate"] = ARMS[options.arm](max(options.seed, 0)).rate
+        return cls(**given)
+
+    @classmethod
+    def recorded(cls, metadata: Mapping[str, str], mould: str | None) -> Order:
+        """From a recording. What it names is never used as a path: the file of a mould has to be given.
+
+        Args:
+            metadata: of the recording.
+            mould: the STL file of a mould that is not bundled.
+
+        Raises:
+            RecordingError: if something is missing or out of range.
+        """
+        missing = [field.name for field in fields(cls) if field.name not in metadata]
+        if missing:
+            raise RecordingError(f"the recording does not say its {', '.join(missing)}; it cannot be run again")
+        if mould is None and metadata["mould"] not in bundled.NAMES:
+            raise RecordingError(
+                f"the recording is of the mould {metadata['mould'][:80]!r}, which is not bundled; give its STL file "
+                "with --mould"
+            )
+        try:
+            return cls(
+                mould=metadata["mould"] if mould is None else mould,
+                unit=metadata["unit"],
+                arm=metadata["arm"],
+                sensor=metadata["sensor"],
+                force=float(metadata["force"]),
+                feed=float(metadata["feed"]),
+                rate=float(metadata["rate"]),
+                seed=int(metadata["seed"]),
+            )
+        except ValueError as error:
+            raise RecordingError(f"an option in the recording is no number ({error}); it cannot be run again") from None
+
+    @property
+    def recipe(self) -> Recipe:
+        """What to do on the mould."""
+        return Recipe(force=self.force, feed=self.feed)
+
+    def drawn_arm(self) -> Arm:
+        """The simulated arm of this seed."""
+        return ARMS[self.arm](self.seed)
+
+    def as_metadata(self) -> dict[str, str]:
+        """Names and values, every number with all its digits."""
+        return {field.name: str(getattr(self, field.name)) for field in fields(self)}
