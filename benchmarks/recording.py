@@ -30,9 +30,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from common import machine, write_json
 
 from burnish.core import Array, Dynamics, Sample, ToolReference
+from burnish.record.recorder import Recorder
+from burnish.record.recover import recover
 from burnish.rotation import exp
-from burnish.runtime.recorder import Recorder
-from burnish.runtime.recover import recover
 
 RATE = 1000.0
 BUSY = 3e-4
@@ -172,7 +172,7 @@ def cost(seconds: float) -> dict[str, float]:
 
 def thread_time(count: int = 20, batches: int = 200) -> float:
     """Processor time of the recorder's thread a sample [µs], chunks of ``count`` samples as at 1 kHz."""
-    from burnish.runtime.recorder import _File
+    from burnish.record.recorder import _File
 
     ready = [(at_time(sample, i / RATE), "pass") for i, sample in enumerate(samples(count, 0))]
     best = float("inf")

@@ -31,13 +31,13 @@ from burnish.errors import BurnishError
 from burnish.model.description import check_description
 from burnish.model.model import JACO2_URDF
 from burnish.polish.plan_file import read_plan
-from burnish.runtime.mcap_file import McapFile
-from burnish.runtime.mcap_scan import Content, messages, scan
-from burnish.runtime.messages import SCHEMAS
-from burnish.runtime.poses_file import read_poses
-from burnish.runtime.recorder import TOPICS, Recorder
-from burnish.runtime.recording import Recording
-from burnish.runtime.recover import recover
+from burnish.record.mcap_file import McapFile
+from burnish.record.mcap_scan import Content, messages, scan
+from burnish.record.messages import SCHEMAS
+from burnish.record.poses_file import read_poses
+from burnish.record.recorder import TOPICS, Recorder
+from burnish.record.recording import Recording
+from burnish.record.recover import recover
 from burnish.surface import Mould
 
 LONGEST = 2.0

@@ -18,8 +18,8 @@ from burnish.commands import verify
 from burnish.commands.order import Order
 from burnish.commands.progress import Progress
 from burnish.commands.work import Work, drive, prepare
-from burnish.runtime.poses_file import read_poses
-from burnish.runtime.recording import Recording
+from burnish.record.poses_file import read_poses
+from burnish.record.recording import Recording
 from burnish.surface import Mould
 
 CYCLES = 330

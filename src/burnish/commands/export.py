@@ -13,10 +13,10 @@ import numpy as np
 
 from burnish.commands.options import relative
 from burnish.errors import InputError, RecordingError
-from burnish.runtime.compare import columns_of
-from burnish.runtime.poses_file import pose_lines
-from burnish.runtime.recording import QUANTITIES, Cycles, Recording
-from burnish.runtime.whole_file import whole_file
+from burnish.record.compare import columns_of
+from burnish.record.poses_file import pose_lines
+from burnish.record.recording import QUANTITIES, Cycles, Recording
+from burnish.record.whole_file import whole_file
 
 ROWS = 10_000
 """Rows of a group in a Parquet file: a few MB."""

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from burnish.commands.options import relative
-from burnish.runtime.recover import recover
+from burnish.record.recover import recover
 
 
 def run(options: argparse.Namespace) -> int:

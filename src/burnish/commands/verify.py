@@ -10,9 +10,9 @@ from burnish.commands.order import Order
 from burnish.commands.progress import Progress
 from burnish.commands.work import Work, drive, model_hash, prepare, tool_hash, versions
 from burnish.errors import RecordingError
-from burnish.runtime.compare import Comparison, compare
-from burnish.runtime.recorder import TOPICS
-from burnish.runtime.recording import Recording
+from burnish.record.compare import Comparison, compare
+from burnish.record.recorder import TOPICS
+from burnish.record.recording import Recording
 from burnish.surface import Mould
 
 EXACT, DIFFERENT = 0, 1

@@ -18,8 +18,8 @@ from burnish.model.tool import PolishingTool
 from burnish.polish.cellsim import check_size, plan_strokes, simulated_job
 from burnish.polish.process import Job
 from burnish.polish.stroke import Stroke
-from burnish.runtime.described import described, fingerprint
-from burnish.runtime.recorder import Recorder
+from burnish.record.described import described, fingerprint
+from burnish.record.recorder import Recorder
 from burnish.sim.robot import SimRobot
 from burnish.surface import DistanceGrid, Mould
 

@@ -1,1 +1,1 @@
-"""One cycle, safely: the loop, the supervisor and the recorder."""
+"""One cycle, safely: the loop and the supervisor."""

@@ -23,9 +23,9 @@ from typing_extensions import Self
 from burnish import rotation
 from burnish.core import Array, Sample, ToolReference
 from burnish.errors import InputError
-from burnish.runtime import messages
-from burnish.runtime.cycle import Cycle
-from burnish.runtime.mcap_file import McapFile
+from burnish.record import messages
+from burnish.record.cycle import Cycle
+from burnish.record.mcap_file import McapFile
 
 logger = logging.getLogger(__name__)
 

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from runtime.samples import NAMES, joint_sample, record, tool_sample
+from record.samples import NAMES, joint_sample, record, tool_sample
 
 from burnish import rotation
 from burnish.core import Sample
 from burnish.errors import RecordingError
-from burnish.runtime.compare import compare
-from burnish.runtime.described import described, fingerprint
-from burnish.runtime.mcap_file import McapFile
-from burnish.runtime.recording import Cycles, Recording
+from burnish.record.compare import compare
+from burnish.record.described import described, fingerprint
+from burnish.record.mcap_file import McapFile
+from burnish.record.recording import Cycles, Recording
 
 
 def some_samples(count: int = 90, seed: int = 7) -> list[Sample]:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
-from runtime.samples import record, tool_sample
+from record.samples import record, tool_sample
 
 from burnish.errors import InputError, RecordingError
-from burnish.runtime.mcap_file import McapFile
-from burnish.runtime.recorder import Recorder
-from burnish.runtime.recover import MENDED, recover
+from burnish.record.mcap_file import McapFile
+from burnish.record.recorder import Recorder
+from burnish.record.recover import MENDED, recover
 
 
 @pytest.fixture

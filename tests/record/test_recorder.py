@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from burnish.core import Dynamics, JointReference, Sample, ToolReference
 from burnish.errors import InputError
-from burnish.runtime.recorder import CHUNK_SIZE, TOPICS, Recorder
+from burnish.record.recorder import CHUNK_SIZE, TOPICS, Recorder
 
 NAMES = ("one", "two", "three", "four", "five", "six")
 METADATA = {"mould": "sha256:12ab", "seed": "3", "recipe": '{"force_N": 10.0}'}

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from burnish.core import Array
-from burnish.runtime.recording import QUANTITIES, Cycles, Quantity, Recording
+from burnish.record.recording import QUANTITIES, Cycles, Quantity, Recording
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,11 +15,11 @@ from typing_extensions import Self
 
 from burnish.core import Array
 from burnish.errors import RecordingError
-from burnish.runtime import mcap_fields, messages
-from burnish.runtime.mcap_file import HEAD, LENGTH_COUNTS_FROM
-from burnish.runtime.mcap_scan import Content, Damage, open_recording, scan
-from burnish.runtime.mcap_scan import messages as split
-from burnish.runtime.recorder import (
+from burnish.record import mcap_fields, messages
+from burnish.record.mcap_file import HEAD, LENGTH_COUNTS_FROM
+from burnish.record.mcap_scan import Content, Damage, open_recording, scan
+from burnish.record.mcap_scan import messages as split
+from burnish.record.recorder import (
     BASE_FRAME,
     CONTROL,
     DESIRED,
@@ -32,7 +32,7 @@ from burnish.runtime.recorder import (
     TRANSFORM,
     WRENCH,
 )
-from burnish.runtime.recover import MENDED
+from burnish.record.recover import MENDED
 
 _SEQUENCE = HEAD.fields["sequence"][1]  # type: ignore[index]
 

@@ -11,10 +11,10 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
 from burnish.errors import InputError, RecordingError
-from burnish.runtime import mcap_fields
-from burnish.runtime.mcap_file import LENGTH_COUNTS_FROM, McapFile, Table
-from burnish.runtime.mcap_scan import Content, Damage, Piece, messages, open_recording, scan
-from burnish.runtime.whole_file import whole_file
+from burnish.record import mcap_fields
+from burnish.record.mcap_file import LENGTH_COUNTS_FROM, McapFile, Table
+from burnish.record.mcap_scan import Content, Damage, Piece, messages, open_recording, scan
+from burnish.record.whole_file import whole_file
 
 MENDED = "burnish_recovered"
 """Name of the metadata that a mended recording has besides those of the original."""

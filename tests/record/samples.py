@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from burnish.core import Dynamics, JointReference, Sample, ToolReference
-from burnish.runtime.recorder import Recorder
+from burnish.record.recorder import Recorder
 
 NAMES = ("one", "two", "three", "four", "five", "six")
 

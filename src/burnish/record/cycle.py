@@ -9,8 +9,8 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from burnish.runtime.mcap_file import HEAD, LENGTH_COUNTS_FROM, Table
-from burnish.runtime.messages import Template, record_dtype
+from burnish.record.mcap_file import HEAD, LENGTH_COUNTS_FROM, Table
+from burnish.record.messages import Template, record_dtype
 
 Stamps = NDArray[np.int64]
 

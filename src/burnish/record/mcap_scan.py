@@ -20,7 +20,7 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
 from burnish.errors import RecordingError
-from burnish.runtime.mcap_file import HEAD, LENGTH_COUNTS_FROM, Table
+from burnish.record.mcap_file import HEAD, LENGTH_COUNTS_FROM, Table
 
 MAX_CHUNK = 16 * 2**20
 """Largest chunk that is unpacked [B]; ours have 64 KiB, and most other recorders stay at a few MiB."""

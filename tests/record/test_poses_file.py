@@ -7,8 +7,8 @@ import pytest
 
 from burnish import rotation
 from burnish.errors import RecordingError
-from burnish.runtime import poses_file
-from burnish.runtime.poses_file import pose_lines, read_poses
+from burnish.record import poses_file
+from burnish.record.poses_file import pose_lines, read_poses
 
 
 def test_poses_come_back_to_the_last_bit_of_their_positions(tmp_path: Path) -> None:

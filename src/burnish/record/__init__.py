@@ -1,0 +1,1 @@
+"""Recordings: written beside the loop, mended, read, compared, and handed on."""
