@@ -214,7 +214,14 @@ def test_run_sets_up_once_and_becomes_the_verb(clone: Path) -> None:
 def test_ctrl_c_reaches_the_verb(clone: Path) -> None:
     assert call(clone, "setup").returncode == 0
     command = [sys.executable, str(clone / "run.py"), "polish", "--wait"]
-    verb = subprocess.Popen(command, env=environment(clone, uv=True), stdout=subprocess.PIPE, text=True)
+    verb = subprocess.Popen(
+        command,
+        env=environment(clone, uv=True),
+        stdout=subprocess.PIPE,
+        text=True,
+        # A test run in the background of a shell ignores Ctrl-C, and hands that down.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     assert verb.stdout is not None
     with verb.stdout as output:
         assert output.readline().split()[-1] == str(verb.pid)

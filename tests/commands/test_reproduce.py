@@ -81,7 +81,14 @@ def test_the_list_has_a_line_for_each_experiment(capsys: pytest.CaptureFixture[s
 def test_ctrl_c_ends_with_130_and_keeps_what_is_done(tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = [sys.executable, "-m", "burnish", "reproduce", SHORT, "a_figures_5_2_5_3", "--out", str(out)]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+    process = subprocess.Popen(
+        words,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        # A test run in the background of a shell ignores Ctrl-C, and hands that down.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     deadline = time.monotonic() + 300.0
     while not (out / "results.json").exists():
         assert process.poll() is None, "ended before it could be interrupted"

@@ -57,7 +57,7 @@ BETTER = "OperationalSpace"
 
 
 def _posture(arm: Arm) -> PostureReference:
-    speed, kp, ki = (100.0, 30.0, 0.0) if arm.friction is None else (30.0, 7.0, 10.0)
+    speed, kp, ki = (300.0, 120.0, 600.0) if arm.friction is None else (30.0, 7.0, 10.0)
     return PostureReference(
         speed_gain=speed,
         position_kp=kp,
@@ -74,8 +74,16 @@ def _velocity(arm: Arm) -> CartesianVelocity:
     return CartesianVelocity(speed_gain=speed, integral_gain=ki)
 
 
+TRANSPOSE_IDEAL: dict[str, Any] = {
+    "stiffness": (4000.0, 7.0),
+    "integral_stiffness": (5000.0, 7.0),
+    "damping": (110.0, 0.5),
+}
+"""Of the laws by the transposed Jacobian, for this motion and links alone: as much as the wrist bears at 1 kHz."""
+
+
 def _transpose_gains(arm: Arm) -> dict[str, Any]:
-    return thesis_a.OURS_IDEAL if arm.friction is None else thesis_a.OURS_HONEST
+    return TRANSPOSE_IDEAL if arm.friction is None else thesis_a.OURS_HONEST
 
 
 CONTENDERS = (

@@ -20,14 +20,19 @@ COLOURS = ("#0b4f8a", "#d55e00", "#009e73", "#cc79a7", "#e8a23a", "#56b4e9", "#2
 """Told apart by everybody; further lines are dashed."""
 BINS = 150
 """Intervals of a line, each drawn by its extremes."""
+MOST = 48
+"""Trials of a plot."""
 FLOOR = 1e-3
 """Smallest error that is drawn [mm, deg, mrad]: what is below is nobody's concern."""
 
 
 def errors_svg(name: str, trials: Sequence[Trial], records: Mapping[str, Record]) -> str:
-    """Errors of the tool, and of the joints where they have a reference, as an ``<svg>``; empty without a record."""
+    """Errors of the tool, and of the joints where they have a reference, as an ``<svg>``.
+
+    Empty without a record, and with more trials than lines can be told apart: their table says more.
+    """
     done = [trial for trial in trials if trial.name in records]
-    if not done:
+    if not done or len(done) > MOST:
         return ""
     arms = [arm for arm in ("ideal", "ideal, with rotors", "honest") if any(arm_name(t.arm) == arm for t in done)]
     joints = not all(np.isnan(np.asarray(records[trial.name].joint_error)).all() for trial in done)
