@@ -75,8 +75,11 @@ def time_parts(work: Work, rounds: int, peers: Sequence[Peer]) -> dict[str, Arra
             yield replace(states[number % STATES], t=states[0].t + 0.01 * number)
             number += 1
 
-    stub = Replay(states=iter([replace(s, t=states[0].t + 0.01 * k) for k, s in enumerate(states * (rounds + 1))]))
-    rig = Rig(stub, model, Supervisor(limits=job.rig.supervisor.limits), sense)
+    # Forth and back, and without a speed limit: the torques do not belong to this motion, and would stop the arm.
+    swing = [*states, *states[::-1]] * (rounds // 2 + 1)
+    stub = Replay(states=iter([replace(s, t=states[0].t + 0.01 * k) for k, s in enumerate(swing)]))
+    supervisor = Supervisor(limits=replace(job.rig.supervisor.limits, speed=np.full(model.n, 1e9)), period=0.01)
+    rig = Rig(stub, model, supervisor, sense)
     cycle = control(rig, deepcopy(source), deepcopy(law))
     next(cycle)
     found: dict[str, list[float]] = {name: [] for name in PART_NAMES if name not in STEP_NAMES}
@@ -120,6 +123,8 @@ def time_parts(work: Work, rounds: int, peers: Sequence[Peer]) -> dict[str, Arra
             found[peer.name] += peer.time(STATES)
         if number % 10 == 9:
             print(f"round {number + 1} of {rounds}", file=sys.stderr, flush=True)
+    if rig.supervisor.event is not None:
+        raise SystemExit(f"step: the supervisor stopped the replay: {rig.supervisor.event.cause}")
     found["physics"] = timed.steps
     # The peers answer in µs.
     return {name: (1.0 if name in STEP_NAMES else 1e-3) * np.array(values) for name, values in found.items()}
