@@ -108,13 +108,17 @@ class Supervisor:
         if cause is None and self.event is None:
             soft = torque if self._guards.calm else self._soften(arm, torque)
             sent = self._clamp(arm, soft, period)
-            cause = self._guards.ahead(arm, np.array(sent), period)
+            tau = np.array(sent)
+            cause = self._guards.ahead(arm, tau, period)
             if cause is None:
                 self._seen, self._weight = arm.q, arm.g
-                return self._send(arm, sent)
+                self._note_sent(arm, sent)
+                return tau
         self._note(arm, cause)
         safe = self._safe(arm)
-        return self._send(arm, self._clamp(arm, safe, period))
+        sent = self._clamp(arm, safe, period)
+        self._note_sent(arm, sent)
+        return np.array(sent)
 
     def acknowledge(self) -> str | None:
         """Somebody has seen why the arm is held, and lets the law go on; says what stands against it, or None."""
@@ -212,11 +216,10 @@ class Supervisor:
         self.clamped += sent != asked
         return sent
 
-    def _send(self, arm: Dynamics, sent: list[float]) -> Array:
+    def _note_sent(self, arm: Dynamics, sent: list[float]) -> None:
         self._last = sent
         if isfinite(arm.t):
             self._t = max(arm.t, self._t)
-        return np.array(sent)
 
 
 def between(value: float, low: float, high: float) -> float:

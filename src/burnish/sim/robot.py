@@ -167,8 +167,11 @@ class SimRobot:
         touch = None
         read_from = steps - self._window
         self._wrench[:] = 0.0
+        always = read_from <= 0
+        if always:
+            option.disableflags &= ~SENSORS_OFF
         for step in range(steps):
-            if step == max(read_from, 0):
+            if step == read_from and not always:
                 option.disableflags &= ~SENSORS_OFF
             while queue and queue[0][0] <= self._steps * TIMESTEP + 1e-9:
                 self._applied[:] = queue.popleft()[1]
@@ -179,9 +182,10 @@ class SimRobot:
             force(0.0 if touch is None else touch.normal_force)
             if step >= read_from:
                 self._wrench += self._sensed
-        option.disableflags |= SENSORS_OFF
+        if not always:
+            option.disableflags |= SENSORS_OFF
         self._wrench /= min(steps, self._window)
-        if self._warnings.any() or not all(map(isfinite, self._qvel.tolist())):
+        if any(self._warnings.tolist()) or not all(map(isfinite, self._qvel.tolist())):
             raise SimulationError(f"the simulated arm diverged at t = {self.time:.3f} s; its numbers cannot be used")
         self._log(touch)
 
