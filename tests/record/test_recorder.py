@@ -10,51 +10,14 @@ import pytest
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
+from record.samples import NAMES, joint_sample, tool_sample
 from rosbags.highlevel import AnyReader
 from scipy.spatial.transform import Rotation
 
-from burnish.core import Dynamics, JointReference, Sample, ToolReference
 from burnish.errors import InputError
 from burnish.record.recorder import CHUNK_SIZE, TOPICS, Recorder
 
-NAMES = ("one", "two", "three", "four", "five", "six")
 METADATA = {"mould": "sha256:12ab", "seed": "3", "recipe": '{"force_N": 10.0}'}
-
-
-def arm(rng, t, *, F=True, tau=True):
-    return Dynamics(
-        t=t,
-        q=rng.normal(size=6),
-        dq=rng.normal(size=6),
-        p=rng.normal(size=3),
-        R=Rotation.random(random_state=rng).as_matrix(),
-        J=np.zeros((6, 6)),
-        dJdq=np.zeros(6),
-        M=np.eye(6),
-        h=np.zeros(6),
-        g=np.zeros(6),
-        tau=rng.normal(size=6) if tau else None,
-        F=rng.normal(size=6) if F else None,
-    )
-
-
-def tool_sample(rng, t, **has):
-    normal = rng.normal(size=3)
-    reference = ToolReference(
-        p=rng.normal(size=3),
-        R=Rotation.random(random_state=rng).as_matrix(),
-        v=np.zeros(6),
-        a=np.zeros(6),
-        normal=normal / np.linalg.norm(normal),
-        force=rng.uniform(5.0, 15.0),
-    )
-    return Sample(arm(rng, t, **has), reference, rng.normal(size=6), rng.normal(size=6))
-
-
-def joint_sample(rng, t, **has):
-    state = arm(rng, t, **has)
-    reference = JointReference(q=state.q, dq=state.dq, ddq=np.zeros(6))
-    return Sample(state, reference, rng.normal(size=6), rng.normal(size=6))
 
 
 @pytest.fixture
