@@ -98,7 +98,7 @@ def test_mass_matrix_times_its_solution_is_the_jacobian() -> None:
 def test_mass_matrix_that_is_not_positive_definite_is_refused() -> None:
     arm = Model.jaco2().at(state(HOME))
     with pytest.raises(InputError, match="not positive definite"):
-        _ = replace(arm, M=-arm.M).Lambda
+        _ = replace(arm, M=-arm.M).Minv_JT
 
 
 def test_operational_inertia_is_the_inverse_of_the_mobility() -> None:

@@ -18,7 +18,7 @@ from scipy.linalg import lapack
 from typing_extensions import Self
 
 from burnish.errors import InputError
-from burnish.inverse import damped_spd_inverse
+from burnish.inverse import task_inertia
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -49,6 +49,17 @@ class State:
     F: Array | None = None
     """Wrist sensor reading [N, N·m], shape (6,): the wrench that all beyond the sensor (contact, weight of
     the tool, bias) exerts on the arm, in **sensor** axes about the sensor's origin; None without a sensor."""
+
+    @classmethod
+    def of(cls, t: float, q: Array, dq: Array, tau: Array | None, F: Array | None) -> Self:
+        """A state of arrays that nobody else holds: taken as they are, and made read-only."""
+        state, own = object.__new__(cls), object.__setattr__
+        own(state, "t", t)
+        for name, values in (("q", q), ("dq", dq), ("tau", tau), ("F", F)):
+            if values is not None:
+                values.setflags(write=False)
+            own(state, name, values)
+        return state
 
     def __post_init__(self) -> None:
         own = object.__setattr__
@@ -123,14 +134,18 @@ class Dynamics:
         return np.asarray(solution)
 
     @cached_property
+    def _task(self) -> tuple[Array, Array]:
+        return task_inertia(self.J, self.M, SINGULAR_MOBILITY)
+
+    @property
     def Lambda(self) -> Array:
         """Operational-space inertia (J M⁻¹ Jᵀ)⁻¹, damped next to a singularity, (6, 6) [kg, kg·m, kg·m²]."""
-        return damped_spd_inverse(self.J.dot(self.Minv_JT), SINGULAR_MOBILITY)
+        return self._task[0]
 
-    @cached_property
+    @property
     def J_bar(self) -> Array:
         """Dynamically consistent generalised inverse M⁻¹ Jᵀ Λ, (n, 6)."""
-        return np.asarray(self.Minv_JT.dot(self.Lambda))
+        return self._task[1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -55,6 +55,30 @@ def damped_spd_solve(A: Array, b: Array, threshold: float) -> Array:
     return np.asarray(x)
 
 
+def task_inertia(J: Array, M: Array, threshold: float) -> tuple[Array, Array]:
+    """Λ = (J M⁻¹ Jᵀ)⁻¹, (m, m), damped next to a singularity, and beside it J̄ = M⁻¹ Jᵀ Λ, (n, m).
+
+    Args:
+        J: task Jacobian (m, n), m ≤ n.
+        M: mass matrix (n, n).
+        threshold: eigenvalue of J M⁻¹ Jᵀ [1/kg, 1/(kg·m²)] below which damping sets in, as in `damped_spd_inverse`.
+
+    Raises:
+        InputError: if M is found not to be positive definite; of a square J far from a singularity nobody looks.
+    """
+    if len(J) == len(M):
+        # Of a square J they are J⁻ᵀ M J⁻¹ and J⁻¹: one factorisation instead of two.
+        _, _, J_inverse, info = lapack.dgesv(J, _identity(len(J)))
+        Lambda = J_inverse.T.dot(M).dot(J_inverse)
+        if info == 0 and float(np.vdot(Lambda, Lambda)) * threshold**2 <= 1.0:
+            return Lambda, J_inverse
+    _, Minv_JT, info = lapack.dposv(M, J.T, lower=1)
+    if info != 0:
+        raise InputError("the mass matrix is not positive definite: the model's inertias are not physical")
+    Lambda = damped_spd_inverse(J.dot(Minv_JT), threshold)
+    return Lambda, Minv_JT.dot(Lambda)
+
+
 def task_torque(J: Array, M: Array, a: Array, threshold: float) -> Array:
     """Jᵀ Λ a, (n,): the torque that accelerates a task by ``a``, with Λ = (J M⁻¹ Jᵀ)⁻¹ damped next to a singularity.
 

@@ -17,6 +17,11 @@ STILL = (0.0, 0.0, 0.0)
 SPACING = 2e-3
 
 
+def at_rest() -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """A tip that neither moves nor turns."""
+    return STILL, STILL
+
+
 def grid_of(distance: Callable[[Array], Array]) -> DistanceGrid:
     """A distance that is known everywhere, at the nodes of a grid of 60 × 60 × 60 mm about the origin."""
     origin = np.full(3, -0.03)
@@ -36,7 +41,7 @@ def press(surface: SphereOnSurface, depth: float, velocity: Array | None = None,
     """The sphere pressed ``depth`` into the surface above the origin of the tilted plane."""
     centre = (RADIUS - depth) * (SLOPE if surface is tilted else np.array([0.0, 0.0, 1.0]))
     v, w = (STILL if x is None else tuple(x.tolist()) for x in (velocity, spin))
-    touch = surface.touch(tuple(centre.tolist()), v, w)
+    touch = surface.touch(tuple(centre.tolist()), lambda: (v, w))
     assert touch is not None
     return touch
 
@@ -122,7 +127,7 @@ def test_normal_of_the_ball_points_from_its_centre() -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
         centre = rng.uniform([-0.02, -0.02, 0.0], [0.02, 0.02, 0.01])
-        touch = ball.touch(tuple(centre.tolist()), STILL, STILL)
+        touch = ball.touch(tuple(centre.tolist()), at_rest)
         assert touch is not None
         ray = centre - [0.0, 0.0, -0.05]
         # A cell of 2 mm turns the normal by up to half a cell over the distance from the centre, 1 mm over 50 mm.
@@ -135,11 +140,11 @@ def test_point_of_contact_lies_on_the_surface() -> None:
 
 @pytest.mark.parametrize("gap", [0.0, 1e-9, 1e-3])
 def test_there_is_no_force_in_the_air(gap: float) -> None:
-    assert plane.touch((0.0, 0.0, RADIUS + gap + 1e-15), STILL, STILL) is None
+    assert plane.touch((0.0, 0.0, RADIUS + gap + 1e-15), at_rest) is None
 
 
 def test_there_is_no_force_outside_the_grid() -> None:
-    assert plane.touch((0.0, 0.0, -0.5), STILL, STILL) is None
+    assert plane.touch((0.0, 0.0, -0.5), at_rest) is None
 
 
 def test_force_sets_in_without_a_jump() -> None:
@@ -199,7 +204,7 @@ def test_force_does_not_jump_on_the_way_over_a_bend() -> None:
     # 0.1 mm a step on a grid of 2 mm: the force on the ball follows the distance, which has no jump.
     xs = np.arange(-0.02, 0.02, 1e-4)
     heights = np.sqrt(0.07**2 - xs**2) - 0.05 - 2e-4
-    touches = [ball.touch((float(x), 3e-4, float(z)), STILL, STILL) for x, z in zip(xs, heights, strict=True)]
+    touches = [ball.touch((float(x), 3e-4, float(z)), at_rest) for x, z in zip(xs, heights, strict=True)]
     force = np.array([0.0 if touch is None else touch.normal_force for touch in touches])
     # 0.1 mm of way within the facets, which bend by 2 mm/70 mm at an edge, is 3 µm of depth, 0.3 N.
     assert np.abs(np.diff(force)).max() < 0.5

@@ -118,8 +118,7 @@ class ForceMotion:
             wrench[:3] += held
         tau = arm.J.T.dot(wrench) + arm.h + arm.g
         if self.friction is not None:
-            # J̄ v_d in two steps is cheaper than J̄.
-            planned = arm.Minv_JT.dot(arm.Lambda.dot(reference.v))
+            planned = arm.J_bar.dot(reference.v)
             # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
             close = SINGULAR_MOBILITY * sqrt(float(np.vdot(arm.Lambda, arm.Lambda)))
             tau += self.friction_share / (1.0 + close**8) * self.friction.torque(planned)

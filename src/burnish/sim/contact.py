@@ -11,6 +11,7 @@ than arrays of three numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
 from typing import NamedTuple
 
@@ -50,6 +51,8 @@ class SphereOnSurface:
         self._per_cell = 1.0 / float(grid.spacing)
         self._values = grid.values.tolist()
         self._last = tuple(size - 2 for size in grid.values.shape)
+        self._cell = (0, 0, 0)
+        self._trilinear = self._at(0, 0, 0)
         self.radius = radius
         self.friction = friction
 
@@ -59,28 +62,39 @@ class SphereOnSurface:
         u, v, w = (x - self._x0) * s, (y - self._y0) * s, (z - self._z0) * s
         if u < 0.0 or v < 0.0 or w < 0.0:
             return None
-        i, j, k = int(u), int(v), int(w)
-        last = self._last
-        if i > last[0] or j > last[1] or k > last[2]:
-            return None
+        cell = i, j, k = int(u), int(v), int(w)
+        if cell != self._cell:
+            last = self._last
+            if i > last[0] or j > last[1] or k > last[2]:
+                return None
+            # The tip stays in a cell for many steps.
+            self._cell, self._trilinear = cell, self._at(i, j, k)
         u -= i
         v -= j
         w -= k
+        a, au, av, aw, auv, auw, avw, auvw = self._trilinear
+        gx = au + v * (auv + w * auvw) + w * auw
+        gy = av + w * avw
+        gz = aw + u * (auw + v * auvw) + v * avw
+        return a + u * gx + v * gy + w * aw, gx * s, (gy + u * (auv + w * auvw)) * s, gz * s
+
+    def _at(self, i: int, j: int, k: int) -> tuple[float, float, float, float, float, float, float, float]:
+        """Coefficients of 1, u, v, w, uv, uw, vw and uvw in a cell, u, v, w from 0 to 1."""
         plane0, plane1 = self._values[i], self._values[i + 1]
         row00, row01, row10, row11 = plane0[j], plane0[j + 1], plane1[j], plane1[j + 1]
-        a000, a001, a010, a011 = row00[k], row00[k + 1], row01[k], row01[k + 1]
-        a100, a101, a110, a111 = row10[k], row10[k + 1], row11[k], row11[k + 1]
-        # Along z, then y, then x; the differences on the way are the gradient.
-        d00, d01, d10, d11 = a001 - a000, a011 - a010, a101 - a100, a111 - a110
-        b00, b01, b10, b11 = a000 + w * d00, a010 + w * d01, a100 + w * d10, a110 + w * d11
-        c0, c1 = b00 + v * (b01 - b00), b10 + v * (b11 - b10)
-        gx = c1 - c0
-        gy = (1.0 - u) * (b01 - b00) + u * (b11 - b10)
-        gz = (1.0 - u) * ((1.0 - v) * d00 + v * d01) + u * ((1.0 - v) * d10 + v * d11)
-        return c0 + u * gx, gx * s, gy * s, gz * s
+        a, c001, c010, c011 = row00[k], row00[k + 1], row01[k], row01[k + 1]
+        c100, c101, c110, c111 = row10[k], row10[k + 1], row11[k], row11[k + 1]
+        au, av, aw = c100 - a, c010 - a, c001 - a
+        auv, auw, avw = c110 - c100 - av, c101 - c100 - aw, c011 - c010 - aw
+        return a, au, av, aw, auv, auw, avw, c111 - c110 - c101 + c100 - avw
 
-    def touch(self, centre: Vector, velocity: Vector, spin: Vector) -> Touch | None:
-        """The contact at the tip's centre [m], its velocity [m/s] and angular velocity [rad/s]; None in the air."""
+    def touch(self, centre: Vector, motion: Callable[[], tuple[Vector, Vector]]) -> Touch | None:
+        """The contact at the tip's centre [m]; None in the air.
+
+        Args:
+            centre: of the sphere [m].
+            motion: its velocity [m/s] and angular velocity [rad/s]; asked for only where it touches.
+        """
         found = self.distance(*centre)
         if found is None:
             return None
@@ -93,7 +107,7 @@ class SphereOnSurface:
             return None
         nx, ny, nz = nx / size, ny / size, nz / size
         # Velocity of the touching point: centre + spin × (−φ n).
-        wx, wy, wz = spin
+        velocity, (wx, wy, wz) = motion()
         vx = velocity[0] - phi * (wy * nz - wz * ny)
         vy = velocity[1] - phi * (wz * nx - wx * nz)
         vz = velocity[2] - phi * (wx * ny - wy * nx)

@@ -14,7 +14,7 @@ ENCODER_COUNTS = np.array([3_686_400.0] * 3 + [2_534_400.0] * 3)
 """Position counts a turn behind the gears: 23,040 × 160 and 23,040 × 110 (data sheet, K-75+ and K-58)."""
 
 READINGS = 256
-"""Sensor readings whose noise is drawn at once."""
+"""Sensor readings, or cycles, whose errors are drawn at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +59,12 @@ class Plant:
         spread = np.concatenate([np.full(len(self.torque_bias), self.torque_noise), self.wrench_noise])
         while True:
             yield from bias + spread * rng.standard_normal((READINGS, len(bias)))
+
+    def clock_errors(self) -> Iterator[float]:
+        """Shares of the jitters, one for each period and each command, uniform in [0, 1)."""
+        rng = np.random.default_rng([self.seed, 7])
+        while True:
+            yield from rng.random(READINGS).tolist()
 
     @classmethod
     def ideal(cls, n: int = 6, seed: int = 0) -> Plant:

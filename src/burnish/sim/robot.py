@@ -13,7 +13,7 @@ from typing_extensions import Self
 from burnish.core import Array, Command, State, Torque
 from burnish.errors import InputError, SimulationError
 from burnish.model.tool import PolishingTool
-from burnish.sim.contact import SphereOnSurface, Touch, plain
+from burnish.sim.contact import SphereOnSurface, Touch, Vector, plain
 from burnish.sim.plant import Plant
 from burnish.sim.scene import TIMESTEP, Workpiece, build
 from burnish.sim.truth import Truth
@@ -70,7 +70,7 @@ class SimRobot:
         self.period = 1.0 / rate
         self.late_cycles = 0
         self._read_at = 0.0
-        self._rng = np.random.default_rng([self._plant.seed, 7])
+        self._draws = self._plant.clock_errors()
         self._errors = self._plant.sensor_errors()
         self._queue: deque[tuple[float, Array]] = deque()
         self._contact = None
@@ -128,7 +128,7 @@ class SimRobot:
             SimulationError: if the physics left the finite numbers.
         """
         if self._started:
-            off = self._plant.period_jitter * self._rng.uniform(-1.0, 1.0) if self._plant.period_jitter else 0.0
+            off = self._plant.period_jitter * (2.0 * next(self._draws) - 1.0) if self._plant.period_jitter else 0.0
             self._advance(max(1, round(self.period * (1.0 + off) / TIMESTEP)))
         self._started = True
         state = self._measure()
@@ -152,7 +152,7 @@ class SimRobot:
         self.late_cycles += perf_counter() - self._read_at > self.period
         late = self._plant.delay
         if self._plant.jitter:
-            late += self._plant.jitter * self._rng.uniform()
+            late += self._plant.jitter * next(self._draws)
         self._queue.append((self.time + late * self.period, tau))
         return tau
 
@@ -194,7 +194,7 @@ class SimRobot:
         plant, n = self._plant, self._n
         q, t = self._encoders(), self.time
         if plant.encoder_counts is None:
-            dq = self._qvel
+            dq = np.array(self._qvel)
         else:
             dq = (q - self._q_before) / (t - self._t_before) if t > self._t_before else np.zeros(n)
         self._q_before, self._t_before = q, t
@@ -202,7 +202,7 @@ class SimRobot:
         # The engine's sensor gives what the arm exerts on the tool; a wrist sensor is read the other way round.
         off = next(self._errors)
         felt = off[n:] - self._wrench if self._feels else None
-        return State(t=t, q=q, dq=dq, tau=link_side + off[:n], F=felt)
+        return State.of(t, q, dq, link_side + off[:n], felt)
 
     def _encoders(self) -> Array:
         """Joint positions as the encoders count them [rad]."""
@@ -215,11 +215,8 @@ class SimRobot:
         contact = self._contact
         if contact is None:
             return None
-        # [angular; linear] velocity at the origin of the tip's body, which is the centre of the sphere.
-        mujoco.mj_objectVelocity(self._model, self._data, BODY, self._tip, self._velocity, 0)
-        wx, wy, wz, vx, vy, vz = self._velocity.tolist()
         cx, cy, cz = self._tip_centre.tolist()
-        touch = contact.touch((cx, cy, cz), (vx, vy, vz), (wx, wy, wz))
+        touch = contact.touch((cx, cy, cz), self._tip_motion)
         if touch is not None:
             (fx, fy, fz), (px, py, pz) = touch.force, touch.point
             rx, ry, rz = px - cx, py - cy, pz - cz
@@ -229,6 +226,13 @@ class SimRobot:
             self._push[:] = 0.0
             self._touching = False
         return touch
+
+    def _tip_motion(self) -> tuple[Vector, Vector]:
+        """Velocity of the tip's centre [m/s] and its angular velocity [rad/s]."""
+        # [angular; linear] velocity at the origin of the tip's body, which is the centre of the sphere.
+        mujoco.mj_objectVelocity(self._model, self._data, BODY, self._tip, self._velocity, 0)
+        wx, wy, wz, vx, vy, vz = self._velocity.tolist()
+        return (vx, vy, vz), (wx, wy, wz)
 
     def _log(self, touch: Touch | None) -> None:
         """Write the truth of the cycle that ends now."""
