@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from burnish.errors import InputError
 from burnish.record.recorder import CHUNK_SIZE, TOPICS, Recorder
+from burnish.record.recover import recover
 
 METADATA = {"mould": "sha256:12ab", "seed": "3", "recipe": '{"force_N": 10.0}'}
 
@@ -255,6 +256,42 @@ def test_samples_after_an_error_are_dropped(tmp_path, rng):
     for i in range(10):
         recorder.record(tool_sample(rng, 0.1 * i), "polish")
     assert len(recorder._queue) == 0
+
+
+def test_a_file_can_be_read_before_its_first_sample(tmp_path):
+    with Recorder(tmp_path / "run.mcap", joint_names=NAMES, metadata=METADATA) as recorder:
+        begun = recorder.path.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(begun)
+    recover(tmp_path / "cut.mcap", tmp_path / "mended.mcap")
+    with (tmp_path / "mended.mcap").open("rb") as file:
+        assert make_reader(file).get_summary().statistics.channel_count == 6
+
+
+def test_a_recording_far_behind_is_given_up_and_keeps_what_came_before(tmp_path, rng, monkeypatch):
+    monkeypatch.setattr("burnish.record.recorder.MOST_BEHIND", 50)
+    gate = threading.Event()
+    recorder = Recorder(tmp_path / "run.mcap", joint_names=NAMES, metadata=METADATA)
+    write = recorder._file.write
+    monkeypatch.setattr(recorder._file, "write", lambda entries: gate.wait() and write(entries))
+    for i in range(300):
+        recorder.record(tool_sample(rng, 0.01 * i), "polish")
+    assert isinstance(recorder.error, BufferError)
+    gate.set()
+    recorder.close()
+    with recorder.path.open("rb") as file:
+        count = make_reader(file).get_summary().statistics.channel_message_counts[1]
+    # What the writer holds in its hands, and what was queued.
+    assert 51 <= count <= 51 + 32
+
+
+def test_catching_up_waits_until_the_writer_has_written(tmp_path, rng, monkeypatch):
+    monkeypatch.setattr("burnish.record.recorder.MOST_BEHIND", 90)
+    with Recorder(tmp_path / "run.mcap", joint_names=NAMES, metadata=METADATA) as recorder:
+        for i in range(300):
+            recorder.record(tool_sample(rng, 0.01 * i), "polish")
+            recorder.catch_up()
+            assert len(recorder._queue) <= 30
+    assert recorder.error is None
 
 
 def test_a_folder_that_is_not_there_is_refused_before_the_run(tmp_path):

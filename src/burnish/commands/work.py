@@ -121,6 +121,7 @@ def drive(work: Work, path: Path, progress: Progress, stop: Callable[[int], bool
     with robot, Recorder(path, joint_names=job.rig.model.joint_names, metadata=work.metadata()) as recorder:
         for count, sample in enumerate(job.run(), 1):
             recorder.record(sample, job.phase)
+            recorder.catch_up()
             work.log.add(sample)
             if job.phase == "pass":
                 done += robot.period

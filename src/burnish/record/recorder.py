@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
-from time import monotonic
+from time import monotonic, sleep
 from types import TracebackType
 from typing import IO, Any, NamedTuple
 
@@ -41,6 +41,8 @@ BATCH = 32
 BASE_FRAME, TOOL_FRAME = "base", "tool"
 START, END = "burnish", "burnish_end"
 """Names of the metadata that are known before the first sample, and after the last one."""
+MOST_BEHIND = 30_000
+"""Samples that wait to be written, about 150 MB, beyond which the recording is given up: half a minute at 1 kHz."""
 MOST_SHAPES = 64
 """Layouts of a cycle that are kept; a run has about a dozen phases."""
 
@@ -90,6 +92,11 @@ class Recorder:
         self._stopping = threading.Event()
         self._file = _File(file, tuple(joint_names), metadata)
         self._ending: dict[str, str] = {}
+        try:
+            # Before the first sample: a run that is killed at once has a file that can be read.
+            self._file.begin()
+        except OSError as error:
+            self._give_up(error)
         self._thread = threading.Thread(target=self._run, name="burnish-recorder", daemon=True)
         self._thread.start()
 
@@ -102,6 +109,13 @@ class Recorder:
         """
         if self.error is None:
             self._queue.append((sample, phase))
+            if len(self._queue) > MOST_BEHIND:
+                self._give_up(BufferError(f"the disk or the processor is too slow: {MOST_BEHIND} samples behind"))
+
+    def catch_up(self) -> None:
+        """Wait while the writing is far behind: for a loop in simulated time, which nothing else holds back."""
+        while len(self._queue) > MOST_BEHIND // 3 and self.error is None:
+            sleep(PERIOD)
 
     def end_with(self, **values: str) -> None:
         """Names and values to write behind the last sample: how the run ended."""
@@ -122,7 +136,8 @@ class Recorder:
 
     def _run(self) -> None:
         try:
-            self._file.begin()
+            if self.error is not None:
+                return
             stopping, written = False, monotonic()
             while not stopping:
                 # Asked before the queue is emptied: whatever came before close() is written.
@@ -135,11 +150,15 @@ class Recorder:
                 self._file.flush()
             self._file.finish(self._ending)
         except Exception as error:  # noqa: BLE001  The edge of the thread: nothing may reach the control loop.
-            self.error = error
             self._queue.clear()
-            logger.error("the recording %s ended early: %s", self.path, error)
+            self._give_up(error)
         finally:
             self._file.abandon()
+
+    def _give_up(self, error: Exception) -> None:
+        """End the recording with what came so far; the run goes on."""
+        self.error = error
+        logger.error("the recording %s ended early: %s", self.path, error)
 
     def _take(self) -> list[Entry]:
         return [self._queue.popleft() for _ in range(min(BATCH, len(self._queue)))]
@@ -175,7 +194,7 @@ class _File:
         self._count = 0
 
     def begin(self) -> None:
-        """Header, metadata, schemas and channels."""
+        """Header, metadata, schemas and channels, handed to the operating system."""
         self._mcap.begin("burnish")
         self._mcap.note(START, self._metadata)
         self._channels = self._mcap.describe(messages.SCHEMAS, TOPICS)
