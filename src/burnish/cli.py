@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
 
+from burnish.commands.campaign_options import add_campaign
 from burnish.commands.options import (
     add_connected,
     add_export,
@@ -17,12 +18,18 @@ from burnish.commands.options import (
     add_reproduce,
     add_verify,
 )
+from burnish.commands.teach_options import add_replay, add_teach
+from burnish.commands.teleop_options import add_teleop
 from burnish.errors import BurnishError, InputError
 
 VERBS = {
     "polish": ("plan a path over a mould, rub along it at a held force, and report what was polished", add_polish),
     "plan": ("write the tool path alone, checked for reach and speed, as JSON", add_plan),
+    "teleop": ("move the tool of an arm by hand, with a SpaceMouse, a gamepad or the keyboard, and record it", add_teleop),
+    "teach": ("show the arm a job on a mould once, and store it", add_teach),
+    "replay": ("repeat what was taught, with the force that was shown or open loop", add_replay),
     "reproduce": ("run the theses' and the blog's experiments, ours beside theirs, and report them", add_reproduce),
+    "campaign": ("run random tasks with random faults on the simulated arm, and judge what the arm did", add_campaign),
     "verify": ("run a simulated recording again and say whether it comes out the same, bit by bit", add_verify),
     "recover": ("mend a recording that was cut off or damaged: all its whole messages in a new file", add_recover),
     "export": ("write a recording as a table, one row a cycle, or its desired poses as text", add_export),

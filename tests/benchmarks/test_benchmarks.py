@@ -18,7 +18,7 @@ from burnish.polish.stroke import Stroke
 from burnish.rotation import exp
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
-SCRIPTS = ("campaign", "step", "thesis_baseline")
+SCRIPTS = ("campaign", "faults", "step", "thesis_baseline")
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hardware.ros_graph import node, ros_clock, ros_jaco2, ros_master, ros_node  # noqa: F401
 from hardware.standin import SERIAL, StandIn, SteppedClock, build
 
 from burnish.hardware.jaco2 import Jaco2

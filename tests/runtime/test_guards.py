@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.optimize import brentq
 
 from burnish.core import Array, Dynamics, State
 from burnish.model.model import Model
-from burnish.runtime.supervisor import CLEAR_FOR, Event, Limits, Mode, Supervisor
+from burnish.runtime.clearance import Clearance
+from burnish.runtime.guards import allowed_speed
+from burnish.runtime.machine import CLEAR_FOR, Mode
+from burnish.runtime.supervisor import Event, Limits, Supervisor
 
 MODEL = Model.jaco2().with_armature([0.8, 0.8, 0.8, 0.15, 0.15, 0.15])
 LIMITS = replace(Limits.of(MODEL), energy=0.5, tool_speed=0.25)
@@ -286,3 +290,205 @@ def test_fault_ends_only_for_who_has_seen_its_cause() -> None:
     supervisor.reset(event)
     assert supervisor.mode is Mode.TORQUE
     assert not supervisor.tripped
+
+
+# Where the tool may meet somebody.
+
+FREE = replace(LIMITS, tool_speed=9.0, energy=9.0, free_speed=0.15, impact_force=60.0)
+
+
+def moving(speed: float, t: float = 5 * T, along: Array | None = None) -> Dynamics:
+    """The arm at home, its tool in straight motion [m/s]."""
+    along = np.array([0.0, 0.0, 1.0]) if along is None else along
+    twist, arm = speed * np.concatenate([along, np.zeros(3)]), arm_at(0.0)
+    for _ in range(5):
+        # From home within a cycle, which turns J a little.
+        dq = np.linalg.solve(arm.J, twist)
+        arm = arm_at(t, q=HOME + dq * T, dq=dq)
+    return arm
+
+
+def reduced(arm: Dynamics, along: Array) -> float:
+    """Mass of a blow by another route: that of the tool alone by Λ's block, and the head's."""
+    felt = 1.0 / (along @ np.linalg.inv(arm.Lambda)[:3, :3] @ along)
+    return felt * 4.4 / (felt + 4.4)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_allowed_speed_meets_a_head_with_the_allowed_force(seed: int) -> None:
+    along = np.random.default_rng(seed).normal(size=3)
+    along /= np.linalg.norm(along)
+    arm = moving(0.1, along=along)
+    speed = allowed_speed(replace(FREE, free_speed=np.inf), arm, 3.0 * along)
+    # Two masses on a spring: ½ μ v² = ½ F²/k.
+    assert speed * np.sqrt(75e3 * reduced(arm, along)) == pytest.approx(60.0)
+
+
+def test_nothing_is_faster_than_the_free_speed() -> None:
+    up = np.array([0.0, 0.0, 1.0])
+    assert allowed_speed(replace(FREE, free_speed=0.05), moving(0.1), up) == 0.05
+    assert allowed_speed(replace(FREE, impact_force=np.inf), moving(0.1), up) == 0.15
+    assert allowed_speed(LIMITS, moving(0.1), up) == np.inf
+
+
+def test_mass_matrix_that_is_none_counts_as_a_wall() -> None:
+    arm = replace(moving(0.1), M=-np.eye(6))
+    assert allowed_speed(FREE, arm, np.array([0.0, 0.0, 1.0])) == pytest.approx(60.0 / np.sqrt(75e3 * 4.4))
+
+
+@pytest.mark.parametrize(("share", "tripped"), [(0.99, False), (1.01, True)])
+def test_tool_that_is_faster_than_allowed_stops_the_arm(share: float, tripped: bool) -> None:
+    heavy = replace(FREE, impact_force=30.0)
+    speed = share * allowed_speed(heavy, moving(0.1), np.array([0.0, 0.0, 1.0]))
+    supervisor = running(limits=heavy)
+    arm = moving(speed)
+    supervisor.filter(arm, arm.g + arm.h)
+    assert supervisor.tripped is tripped
+    if tripped:
+        assert cause_of(supervisor) == f"the tool moved at {speed:.2f} m/s; the limit is {speed / share:.2f} m/s"
+
+
+BRAKED = replace(FREE, impact_force=np.inf, torque_rate=1e5)
+
+
+@pytest.mark.parametrize(("share", "brake"), [(0.899, 0.0), (0.95, 0.5), (0.999, 0.99)])
+def test_tool_that_is_nearly_too_fast_is_kept_from_more(share: float, brake: float) -> None:
+    supervisor, faster = running(limits=BRAKED), 0.3
+    arm = moving(share * 0.15)
+    push = arm.Lambda @ np.array([0.0, 0.0, faster, 0.0, 0.0, 0.0])
+    sent = supervisor.filter(arm, arm.g + arm.h + arm.J.T @ push)
+    assert not supervisor.tripped
+    got = (arm.J @ np.linalg.solve(arm.M, sent - arm.g - arm.h))[2]
+    # What the law adds is taken back by that share, and that much of a tenth of the speed at 10 1/s.
+    assert got == pytest.approx(faster - brake * (faster + 0.1 * 10.0 * share * 0.15), abs=2e-3)
+    assert supervisor.softened == (brake > 0.0)
+
+
+def test_tool_that_is_braked_already_is_braked_a_little_more() -> None:
+    supervisor = running(limits=BRAKED)
+    arm = moving(0.95 * 0.15)
+    sent = supervisor.filter(arm, arm.g + arm.h - arm.J.T @ (arm.Lambda @ np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])))
+    got = (arm.J @ np.linalg.solve(arm.M, sent - arm.g - arm.h))[2]
+    assert got == pytest.approx(-0.3 - 0.5 * 0.1 * 10.0 * 0.95 * 0.15, abs=2e-3)
+
+
+def test_fast_tool_of_a_model_that_is_none_is_a_fault() -> None:
+    supervisor = running(limits=FREE)
+    # Next to 104 mm/s, which is what a wall would allow.
+    arm = replace(moving(0.1), M=-np.eye(6))
+    supervisor.filter(arm, arm.g)
+    assert supervisor.mode is Mode.FAULT
+    assert "mass matrix" in cause_of(supervisor)
+
+
+# The arm against itself.
+
+FOLDED = np.array([4.8, 3.2, 0.45, 4.2, 1.4, 1.3])
+OF_JACO2 = replace(Limits.jaco2(), soft_margin=0.03, hard_margin=0.02)
+
+
+def folded(distance: float) -> Array:
+    """Joint positions in which the arm is this far from itself [m]."""
+    clearance = Clearance(OF_JACO2)
+
+    def off(angle: float) -> float:
+        return clearance.measure(arm_at(0.0, q=one(FOLDED, 2, angle))) - distance
+
+    return one(FOLDED, 2, brentq(off, 0.45, 1.0))
+
+
+@pytest.mark.parametrize(("distance", "tripped"), [(0.0105, False), (0.0095, True)])
+def test_arm_next_to_itself_is_stopped(distance: float, tripped: bool) -> None:
+    supervisor = Supervisor(limits=OF_JACO2)
+    arm = arm_at(0.0, q=folded(distance))
+    supervisor.filter(arm, arm.g)
+    assert supervisor.tripped is tripped
+    if tripped:
+        assert cause_of(supervisor) == "the arm is 10 mm from hitting itself; expected more than 10 mm"
+
+
+@pytest.mark.parametrize(("distance", "share"), [(0.0205, 0.0), (0.019, 0.1), (0.015, 0.5), (0.011, 0.9)])
+def test_arm_near_itself_is_braked(distance: float, share: float) -> None:
+    supervisor = Supervisor(limits=OF_JACO2)
+    dq = np.array([0.05, -0.05, 0.05, 0.1, -0.1, 0.1])
+    arm = arm_at(0.0, q=folded(distance), dq=dq)
+    sent = supervisor.filter(arm, arm.g + arm.h)
+    assert not supervisor.tripped
+    slower = np.linalg.solve(arm.M, sent - arm.g - arm.h)
+    assert_allclose(slower, -10.0 * share * dq, rtol=1e-4, atol=1e-9)
+
+
+# Not in torque mode.
+
+
+@pytest.mark.parametrize("mode", [Mode.IDLE, Mode.POSITION, Mode.ARMING])
+def test_arm_that_is_not_in_torque_mode_is_sent_its_weight(mode: Mode) -> None:
+    supervisor = Supervisor(limits=LIMITS, start=Mode.IDLE)
+    supervisor.mode = mode
+    for k in range(3):
+        # Wherever it is taken.
+        arm = arm_at(T * k, q=HOME + 0.001 * k)
+        assert_allclose(supervisor.filter(arm, arm.g + 5.0), arm.g, atol=1e-12)
+    assert not supervisor.tripped
+
+
+def test_law_that_is_not_asked_cannot_stop_the_arm() -> None:
+    supervisor = Supervisor(limits=LIMITS, start=Mode.IDLE)
+    supervisor.filter(arm_at(0.0), np.full(6, np.nan))
+    assert supervisor.mode is Mode.IDLE
+
+
+def test_new_life_of_the_supervisor_has_new_guards() -> None:
+    supervisor = Supervisor(limits=LIMITS, start=Mode.IDLE)
+    for k in range(3):
+        supervisor.filter(arm_at(T * k, dq=one(np.zeros(6), 1, np.nan)), arm_at(0.0).g)
+    assert supervisor.mode is Mode.FAULT
+    assert supervisor.event is not None
+    supervisor.reset(supervisor.event)
+    supervisor.filter(arm_at(3 * T, dq=one(np.zeros(6), 1, np.nan)), arm_at(0.0).g)
+    assert supervisor.mode is Mode.IDLE, "one broken reading is no fault"
+
+
+# Readings that break in their own ways.
+
+
+@pytest.mark.parametrize("length", [5, 7])
+def test_state_of_another_arm_is_a_fault(length: int) -> None:
+    supervisor = running()
+    arm = replace(arm_at(5 * T), q=np.zeros(length), dq=np.zeros(length))
+    sent = supervisor.filter(arm, arm.g)
+    assert cause_of(supervisor) == f"the state has {length} joints; the limits have 6"
+    assert supervisor.mode is Mode.FAULT
+    assert sent.shape == (6,)
+    assert_allclose(supervisor.filter(arm_at(6 * T), arm.g), arm_at(0.0).g)
+
+
+def test_joint_too_fast_without_a_torque_sensor_is_seen() -> None:
+    supervisor = running()
+    arm = arm_at(5 * T, dq=one(np.zeros(6), 0, 1.1 * LIMITS.speed[0]), tau=None)
+    supervisor.filter(arm, arm.g)
+    assert "joint 1 moved at 0.69 rad/s" in cause_of(supervisor)
+
+
+def test_readings_that_are_believed_one_after_the_other_are_broken_once_each() -> None:
+    supervisor = running()
+    for i in range(6):
+        bad = one(np.zeros(6), 1, np.nan) if i % 2 == 0 else None
+        supervisor.filter(arm_at((5 + i) * T, dq=bad), arm_at(0.0).g)
+    assert supervisor.mode is Mode.HOLD
+
+
+def test_fast_joint_with_a_believable_torque_passes() -> None:
+    supervisor = running()
+    dq = one(np.zeros(6), 0, 0.9 * LIMITS.speed[0])
+    arm = arm_at(5 * T, q=HOME + dq * T, dq=dq, tau=np.ones(6))
+    supervisor.filter(arm, arm.g)
+    assert not supervisor.tripped
+
+
+def test_late_cycles_from_the_first_on_are_counted() -> None:
+    supervisor = running(1)
+    for i in range(1, 4):
+        assert not supervisor.tripped
+        supervisor.filter(arm_at(1.6 * T * i), arm_at(0.0).g)
+    assert "late" in cause_of(supervisor)

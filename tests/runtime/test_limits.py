@@ -46,12 +46,15 @@ def test_limits_of_the_jaco2_are_no_more_than_the_arm_can() -> None:
     assert (at_work.upper <= MODEL.upper).all()
     assert at_work.energy <= 0.5
     assert at_work.tool_speed <= 0.25
+    assert at_work.free_speed <= 0.15
+    # What a face bears; the rest is for the model's errors.
+    assert at_work.impact_force <= 65.0
     assert_allclose(at_work.deviation, [20.0, 20.0, 20.0, 5.0, 5.0, 5.0])
 
 
 BAD: dict[str, dict[str, Any]] = {
     "no version": {"version": ...},
-    "another version": {"version": 2},
+    "another version": {"version": 1},
     "a value is missing": {"speed": ...},
     "an unknown value": {"colour": 1.0},
     "a word for a number": {"energy": "much"},
@@ -63,6 +66,7 @@ BAD: dict[str, dict[str, Any]] = {
     "no torque limit": {"torque": [None] * 6},
     "limits the wrong way round": {"lower": [3.0] * 6, "upper": [-3.0] * 6},
     "margins the wrong way round": {"hard_margin": 0.5},
+    "rows of different lengths": {"pairs": [[1.0], [1.0, 2.0]]},
     "a list without end": {"speed": [1.0] * 1000},
 }
 

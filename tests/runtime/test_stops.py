@@ -45,6 +45,10 @@ def flipped(joint: int) -> Callable[[Array, Dynamics], Array]:
     return wrong
 
 
+FAST = replace(Limits.jaco2(), free_speed=np.inf, impact_force=np.inf)
+"""For motions of the joints that nobody may come near to."""
+
+
 def run(
     rate: float, seed: int, law: Controller[JointReference], source: Sine | Hold, duration: float
 ) -> tuple[SimRobot, Supervisor, Array]:
@@ -52,7 +56,7 @@ def run(
     arm = arms.honest(seed)
     model = Model.jaco2().with_armature(arm.armature)
     robot = SimRobot(rate=rate, plant=arm.plant)
-    rig = Rig(robot, model, Supervisor(limits=Limits.jaco2(), period=1.0 / rate))
+    rig = Rig(robot, model, Supervisor(limits=FAST, period=1.0 / rate))
     speeds = [robot.truth_dq() for _ in control(rig, source, law, until=lambda now: now.t >= duration)]
     return robot, rig.supervisor, np.array(speeds)
 

@@ -16,7 +16,21 @@ from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig, control
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms
-from burnish.sim.faulty import GARBAGE, Delayed, Fault, FaultyRobot, Garbage, Intermittent, Off, Offset, Slow, Stuck
+from burnish.sim.faulty import (
+    GARBAGE,
+    Clock,
+    Delayed,
+    Fault,
+    FaultyRobot,
+    Garbage,
+    Hang,
+    Intermittent,
+    Off,
+    Offset,
+    Scaled,
+    Slow,
+    Stuck,
+)
 from burnish.sim.robot import SimRobot
 from burnish.trajectory import Sine
 
@@ -75,6 +89,22 @@ def test_offset_adds() -> None:
 
 def test_slow_loses_readings() -> None:
     assert [s.q[0] for s in readings(Slow(start=0.02, lost=2), 4)] == [0, 1, 4, 7]
+
+
+def test_scaled_multiplies_all_numbers_of_one_signal() -> None:
+    states = readings(Scaled(start=0.02, signal="q", factor=57.3), 4)
+    assert_allclose([s.q for s in states], np.outer([0.0, 1.0, 114.6, 171.9], np.ones(6)))
+    assert states[3].dq[0] == 3.0
+
+
+@pytest.mark.parametrize("by", [1.0, -0.05, np.nan])
+def test_clock_is_off_while_it_is_on(by: float) -> None:
+    states = readings(Clock(start=0.02, end=0.03, by=by), 4)
+    assert_allclose([s.t for s in states], [0.0, T, 2 * T + by, 3 * T])
+
+
+def test_hang_loses_its_readings_once() -> None:
+    assert [s.q[0] for s in readings(Hang(start=0.02, lost=3), 5)] == [0, 1, 5, 6, 7]
 
 
 def test_intermittent_loses_about_its_share() -> None:

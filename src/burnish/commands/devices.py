@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from importlib.util import find_spec
 
 from burnish.errors import HardwareError
-from burnish.hardware.inventory import SPACENAVD, Plugged, arms_on_usb, space_mice, spacenavd_runs
+from burnish.hardware.inventory import Plugged, arms_on_usb, space_mice
 from burnish.hardware.kinova import Device, Kinova
 from burnish.hardware.kinova_library import Library, LibraryMissingError, find
+from burnish.teleop.gamepad import gamepads
+from burnish.teleop.spacemouse import hidapi, remedy
+from burnish.teleop.spacemouse_profiles import profile
+from burnish.teleop.spacenav import open_space_nav, socket_path
 
 
 def run(options: argparse.Namespace) -> int:
@@ -40,9 +45,43 @@ def connected(library: str | None) -> list[Device]:
 
 
 def operator_lines() -> list[str]:
-    """A line for each device to command with."""
-    lines = [f"operator   {_plugged(device)}" for device in space_mice()]
-    return lines + ([f"operator   spacenavd at {SPACENAVD}"] if spacenavd_runs() else [])
+    """A line for each device to command with, and what stops those that cannot be used."""
+    return [*space_mouse_lines(), *space_nav_lines(), *gamepad_lines()]
+
+
+def space_mouse_lines() -> list[str]:
+    """Mice that are read without a driver."""
+    return [f"operator   {_plugged(mouse)}{_obstacle(mouse)}" for mouse in space_mice()]
+
+
+def _obstacle(mouse: Plugged) -> str:
+    """What stops a mouse, and what to do about it; empty if nothing does."""
+    if profile(mouse.vendor, mouse.product) is None:
+        return "; no six-axis mouse that burnish knows"
+    if not mouse.usable:
+        return f"; {remedy(mouse.vendor)}"
+    try:
+        hidapi()
+    except HardwareError as error:
+        return f"; {error}"
+    return ""
+
+
+def space_nav_lines() -> list[str]:
+    """The free driver, asked for the mouse that it has."""
+    path = socket_path()
+    if path is None:
+        return []
+    try:
+        with open_space_nav(path=path) as device:
+            return [f"operator   {device.name}, at {path}"]
+    except HardwareError as error:
+        return [f"operator   {error}"]
+
+
+def gamepad_lines() -> list[str]:
+    """Gamepads, where pygame is installed; who has none does not need it."""
+    return [f"operator   {name}, as --device gamepad" for name in gamepads()] if find_spec("pygame") else []
 
 
 def _plugged(device: Plugged) -> str:

@@ -12,7 +12,6 @@ from burnish.errors import HardwareError
 from burnish.hardware.inventory import (
     KINOVA_RULE,
     RULE_FILE,
-    SPACE_MOUSE_RULE,
     SPACENAVD,
     arms_on_usb,
     space_mice,
@@ -21,6 +20,8 @@ from burnish.hardware.inventory import (
 from burnish.hardware.kinova import Kinova
 from burnish.hardware.kinova_codes import VendorError
 from burnish.hardware.kinova_library import HOW_TO_GET_IT, Library, LibraryMissingError, find
+from burnish.hardware.ros1_installed import RosMissingError, installed
+from burnish.teleop.spacemouse import remedy
 
 GOOD, BAD, NOTE = "ok", "missing", "note"
 
@@ -38,7 +39,7 @@ class Finding(NamedTuple):
 
 def run(options: argparse.Namespace) -> int:
     """Print the findings and the next step; nothing is moved, and 0 says that it was looked, not that all is well."""
-    findings = [*software(), *arm(options.lib), *operator()]
+    findings = [*software(), *arm(options.lib), *ros(), *operator()]
     for finding in findings:
         print(f"{finding.verdict:<8} {finding.what}")
         if finding.remedy:
@@ -98,6 +99,15 @@ def _answers(library: Library) -> Iterator[Finding]:
         yield Finding(GOOD, f"arm {device.model}, serial {device.serial}, firmware {firmware}")
 
 
+def ros() -> Iterator[Finding]:
+    """Whether an arm could be reached through kinova-ros as well."""
+    try:
+        yield Finding(GOOD, f"rospy in {installed()}, for an arm behind kinova-ros")
+    except RosMissingError as error:
+        what, _, remedy = str(error).partition("; ")
+        yield Finding(NOTE, f"{what}, and only kinova-ros needs it", remedy)
+
+
 def operator() -> Iterator[Finding]:
     """Devices to command with."""
     mice = space_mice()
@@ -105,7 +115,7 @@ def operator() -> Iterator[Finding]:
         if device.usable:
             yield Finding(GOOD, f"{device.name} at {device.node}")
         else:
-            yield Finding(BAD, f"{device.name} at {device.node}: no permission", rule(SPACE_MOUSE_RULE))
+            yield Finding(BAD, f"{device.name} at {device.node}: no permission", remedy(device.vendor))
     if spacenavd_runs():
         yield Finding(GOOD, f"spacenavd at {SPACENAVD}")
     elif not mice:

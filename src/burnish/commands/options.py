@@ -62,7 +62,8 @@ def add_reproduce(parser: argparse.ArgumentParser) -> None:
 def add_verify(parser: argparse.ArgumentParser) -> None:
     """The options of ``burnish verify``."""
     parser.epilog = "Exit status: 0 bit-exact; 1 not exact, and where; 2 refused: of another model, mould or version."
-    parser.add_argument("recording", metavar="RECORDING", help="run.mcap of a simulated 'burnish polish'")
+    parser.add_argument("recording", metavar="RECORDING", help="run.mcap of a simulated 'burnish polish' or 'replay'")
+    parser.add_argument("--taught", metavar="FILE", help="of a replay: what was replayed (default: none)")
     parser.add_argument("--mould", metavar="FILE.stl", help="the mould's file (default: none, a bundled mould)")
 
 

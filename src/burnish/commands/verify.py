@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from burnish.commands import replay
 from burnish.commands.order import Order
 from burnish.commands.progress import Progress
-from burnish.commands.work import Work, drive, model_hash, prepare, tool_hash, versions
+from burnish.commands.work import drive, model_hash, prepare, tool_hash, versions
 from burnish.errors import RecordingError
 from burnish.record.compare import Comparison, compare
-from burnish.record.recorder import TOPICS
+from burnish.record.recorder import TOPICS, Recorder
 from burnish.record.recording import Recording
 from burnish.surface import Mould
 
@@ -22,29 +24,59 @@ def run(options: argparse.Namespace) -> int:
     """Refuse what cannot come out the same; else run it again and compare."""
     recording = Recording(Path(options.recording))
     found = recording.metadata
-    if found.get("verb") != "polish":
+    verb = found.get("verb", "unknown")
+    if verb not in AGAIN:
         raise RecordingError(
-            f"{recording.path} is of '{found.get('verb', 'unknown')[:40]}'; only simulated runs of 'polish' can be "
-            "run again"
+            f"{recording.path} is of '{verb[:40]}'; only simulated runs of {' and '.join(AGAIN)} can be run again"
         )
     _same("the arm's model", found.get("model_sha256"), model_hash())
     _same("the tool", found.get("tool_sha256"), tool_hash())
     for package, now in versions().items():
         _same(package, found.get(package), now)
-    order = Order.recorded(found, options.mould)
     with Progress() as progress, TemporaryDirectory(prefix="burnish-verify-") as folder:
         progress.stage("reading the mould")
-        mould = Mould.load(order.mould, order.unit)
-        _same(f"the mould {mould.name}", found.get("mould_sha256"), mould.sha256)
-        work = prepare(order, mould, progress)
         again = Path(folder) / "again.mcap"
-        interrupted = recording.ending.get("interrupted_after", "")
-        # Of a recording that was cut off no more has to be run again than it has.
-        enough = sum(map(len, recording.blocks())) if _cut(recording) else None
-        drive(work, again, progress, lambda count: str(count) == interrupted or count == enough)
+        metadata = AGAIN[verb](recording, options, progress, again)
         progress.stage("comparing")
         result = compare(recording, Recording(again))
-    return _say(recording, work, result)
+    return _say(recording, metadata, result)
+
+
+def _polish(recording: Recording, options: argparse.Namespace, progress: Progress, again: Path) -> Mapping[str, str]:
+    """Run a polishing job again; returns its metadata."""
+    found = recording.metadata
+    order = Order.recorded(found, options.mould)
+    mould = Mould.load(order.mould, order.unit)
+    _same(f"the mould {mould.name}", found.get("mould_sha256"), mould.sha256)
+    work = prepare(order, mould, progress)
+    interrupted = recording.ending.get("interrupted_after", "")
+    # Of a recording that was cut off no more has to be run again than it has.
+    enough = sum(map(len, recording.blocks())) if _cut(recording) else None
+    drive(work, again, progress, lambda count: str(count) == interrupted or count == enough)
+    return work.metadata()
+
+
+def _replay(recording: Recording, options: argparse.Namespace, progress: Progress, again: Path) -> Mapping[str, str]:
+    """Run a replay again, with the same keys after the same cycles; returns its metadata."""
+    if options.taught is None:
+        raise RecordingError(f"{recording.path} is a replay; give the file that was replayed with --taught")
+    found = recording.metadata
+    asked = replay.recorded(found, Path(options.taught), options.mould, found.get("unit", "mm"))
+    stage = replay.prepare(asked)
+    _same(f"the mould {stage.cell.mould.name}", found.get("mould_sha256"), stage.cell.mould.sha256)
+    keys, interrupted_after = replay.script_of(recording)
+    progress.stage("replaying")
+    metadata = stage.metadata()
+    with Recorder(again, joint_names=stage.rig.model.joint_names, metadata=metadata) as recorder:
+        replay.seated(stage, recorder).drive(keys, interrupted_after)
+    return metadata
+
+
+AGAIN: dict[str, Callable[[Recording, argparse.Namespace, Progress, Path], Mapping[str, str]]] = {
+    "polish": _polish,
+    "replay": _replay,
+}
+"""Verb to what runs it again."""
 
 
 def _cut(recording: Recording) -> bool:
@@ -62,7 +94,7 @@ def _same(what: str, recorded: str | None, now: str) -> None:
         )
 
 
-def _say(recording: Recording, work: Work, result: Comparison) -> int:
+def _say(recording: Recording, now: Mapping[str, str], result: Comparison) -> int:
     """The outcome, a line a topic where something differs."""
     recorded, again = result.lengths
     cut = _cut(recording)
@@ -71,7 +103,6 @@ def _say(recording: Recording, work: Work, result: Comparison) -> int:
         print(f"Bit-exact: {recorded} cycles, {len(TOPICS)} topics{rest}.")
         return EXACT
     print(f"Not exact: {min(result.lengths)} cycles compared.")
-    now = work.metadata()
     for name in ("law", "travel", "limits"):
         was = recording.metadata.get(name, "nothing")
         if was != now[name]:

@@ -36,8 +36,8 @@ FINGERS_CLOSED = np.deg2rad(80.0)
 """Finger joints when closed [rad]; open is 0."""
 
 
-def zero_torques(kinova: Kinova, model: Model, measure: Callable[[], State]) -> None:
-    """Zero all torque sensors, and look whether they read zero.
+def zero_torques(zero: Callable[[], None], model: Model, measure: Callable[[], State]) -> None:
+    """Zero all torque sensors by ``zero``, and look whether they read zero.
 
     Raises:
         InputError: if the arm moves, or gravity turns a joint in this pose.
@@ -56,8 +56,7 @@ def zero_torques(kinova: Kinova, model: Model, measure: Callable[[], State]) -> 
             f"zero_torques: what the hand carries turns joint {joint + 1} by {g[joint]:.2f} N·m in this pose, "
             f"{WEIGHT} at most; take it off"
         )
-    for joint in range(JOINTS):
-        kinova.zero_torque(joint)
+    zero()
     off = np.abs(np.mean([_torque(measure()) for _ in range(AVERAGED)][AVERAGED // 4 :], axis=0) - g)
     if np.any(off > READ_AS_ZERO + np.abs(g)):
         joint = int(np.argmax(off))

@@ -19,7 +19,6 @@ LOGITECH = "046d"
 OLD_SPACE_MICE = frozenset("c603 c605 c606 c621 c623 c625 c626 c627 c628 c629 c62b".split())
 """Products of theirs; other things of that vendor are keyboards and mice."""
 KINOVA_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="22cd", MODE="0666"'
-SPACE_MOUSE_RULE = 'SUBSYSTEM=="hidraw", ATTRS{idVendor}=="256f", MODE="0666"'
 RULE_FILE = "/etc/udev/rules.d/99-burnish.rules"
 SPACENAVD = Path("/var/run/spnav.sock")
 
@@ -36,6 +35,9 @@ class Plugged:
     """The file through which it is used."""
     usable: bool
     """Whether this user may read and write it."""
+    vendor: int = 0
+    product: int = 0
+    """Its USB numbers, of a mouse."""
 
 
 def arms_on_usb(devices: Path = Path("/sys/bus/usb/devices"), nodes: Path = Path("/dev/bus/usb")) -> list[Plugged]:
@@ -66,7 +68,16 @@ def space_mice(devices: Path = Path("/sys/class/hidraw"), nodes: Path = Path("/d
         if vendor == CONNEXION or (vendor == LOGITECH and product in OLD_SPACE_MICE):
             node = nodes / folder.name
             name = facts.get("HID_NAME", "SpaceMouse")
-            found.append(Plugged(name=name, serial=facts.get("HID_UNIQ", ""), node=node, usable=_usable(node)))
+            found.append(
+                Plugged(
+                    name=name,
+                    serial=facts.get("HID_UNIQ", ""),
+                    node=node,
+                    usable=_usable(node),
+                    vendor=int(vendor, 16),
+                    product=int(product or "0", 16),
+                )
+            )
     return found
 
 

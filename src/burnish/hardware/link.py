@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from burnish.core import Array, State
 from burnish.errors import HardwareError
 from burnish.hardware.clock import Clock
-from burnish.hardware.kinova import Kinova
 from burnish.hardware.kinova_codes import VendorError
 from burnish.hardware.watch import Watch
 from burnish.model.model import Model
@@ -25,6 +25,16 @@ class ArmFaultError(HardwareError):
     """The readings or the commands of the arm failed too often, or a motion of its own did not end."""
 
 
+class Sensors(Protocol):
+    """What an open arm measures; a reading that fails is a `VendorError`."""
+
+    def positions(self) -> Array:
+        """Joint angles as they are reported, multi-turn or wrapped [rad], (6,)."""
+
+    def torques(self) -> Array:
+        """Measured joint torques, gravity included [N·m], (6,)."""
+
+
 class Link:
     """An open arm with a clock; states have t = 0 where `zero_time` said.
 
@@ -32,9 +42,9 @@ class Link:
     has; the third is an error.
     """
 
-    def __init__(self, kinova: Kinova, model: Model, clock: Clock) -> None:
+    def __init__(self, sensors: Sensors, model: Model, clock: Clock) -> None:
         """A link that begins with `begin`."""
-        self.kinova, self.clock = kinova, clock
+        self.sensors, self.clock = sensors, clock
         self.late_cycles = 0
         """Cycles that began after their time."""
         self.bad_readings = 0
@@ -46,13 +56,18 @@ class Link:
         self._state = State(t=0.0, q=np.zeros(model.n), dq=np.zeros(model.n))
 
     @property
+    def state(self) -> State:
+        """The last state that could be believed."""
+        return self._state
+
+    @property
     def shift(self) -> Array:
         """Our angles minus the reported ones, whole turns [rad], (6,)."""
         return self._watch.shift
 
     def begin(self) -> None:
         """Forget what was read, and start at rest at the arm's present angles."""
-        self._watch.begin(self.clock.now() - self._zero, self.kinova.positions())
+        self._watch.begin(self.clock.now() - self._zero, self.sensors.positions())
 
     def zero_time(self) -> None:
         """Let the next reading be at t = 0."""
@@ -96,7 +111,7 @@ class Link:
             ArmFaultError: if what it brought cannot be believed.
         """
         self.pace()
-        found = self._watch.look(self.clock.now() - self._zero, self.kinova.positions(), self.kinova.torques())
+        found = self._watch.look(self.clock.now() - self._zero, self.sensors.positions(), self.sensors.torques())
         if not isinstance(found, State):
             raise ArmFaultError(f"{found}; check the cable and the load of this computer")
         self._state = found
@@ -120,7 +135,7 @@ class Link:
     def _look(self, t: float, check: Callable[[], None]) -> State | str:
         """A state that can be believed, or why there is none."""
         try:
-            found = self._watch.look(t, self.kinova.positions(), self.kinova.torques())
+            found = self._watch.look(t, self.sensors.positions(), self.sensors.torques())
             check()
         except VendorError as error:
             return str(error)

@@ -2,7 +2,7 @@
 
 The order is the documented one: a pose away from the joint limits, at rest, the measured torques as the model says, the
 set-up in position mode, the weight as the first command, the switch, **the mode read back**, and a second of standing
-still. Whatever fails, the arm ends in position mode.
+still. What each of the checks asks is in `arming`. Whatever fails, the arm ends in position mode.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from burnish.core import Array, State, read_only
 from burnish.errors import HardwareError, InputError
+from burnish.hardware.arming import READ_BACK, SETTLED, WATCHED, drifting, moving, near_limit, other_weight
 from burnish.hardware.kinova import Kinova
 from burnish.hardware.kinova_codes import NackError
 from burnish.hardware.kinova_types import ControlMode, Inactivity
@@ -25,20 +26,6 @@ logger = logging.getLogger(__name__)
 
 OPTIMAL_Z = 16
 """Numbers of the base's identified gravity parameters for six joints."""
-REST = np.deg2rad(2.0)
-"""Joint speed below which the arm is at rest [rad/s]."""
-FROM_LIMIT = np.deg2rad(15.0)
-"""Least distance from a joint limit [rad]."""
-RESIDUAL = np.repeat([1.5, 0.8], 3)
-"""Largest difference of measured and modelled torque at rest [N·m]: sensors off by 0.4, and links by a tenth."""
-WATCHED = 50
-"""Cycles at rest: half a second."""
-READ_BACK = 10
-"""Cycles in which the arm has to report the mode: 100 ms."""
-SETTLED = 100
-"""Cycles that the arm has to stand under its weight's torque alone: a second."""
-DRIFT = np.deg2rad(2.0)
-"""Furthest that a joint may move in that second [rad]."""
 
 
 class TorqueEntryError(HardwareError):
@@ -150,28 +137,14 @@ class TorqueEntry:
         residuals = []
         for _ in range(WATCHED):
             state = self.measure()
-            if np.any(np.abs(state.dq) > REST):
-                joint = int(np.argmax(np.abs(state.dq)))
-                raise TorqueEntryError(
-                    f"torque mode refused: joint {joint + 1} moves at {np.rad2deg(state.dq[joint]):.1f}°/s; "
-                    "wait until the arm is at rest"
-                )
-            distance = self.model.limit_distance(state.q)
-            if np.any(distance < FROM_LIMIT):
-                joint = int(np.argmin(distance))
-                raise TorqueEntryError(
-                    f"torque mode refused: joint {joint + 1} is {np.rad2deg(distance[joint]):.1f}° from its limit; "
-                    f"move it at least {np.rad2deg(FROM_LIMIT):.0f}° away, for instance home"
-                )
+            problem = moving(state.dq) or near_limit(self.model.limit_distance(state.q))
+            if problem is not None:
+                raise TorqueEntryError(f"torque mode refused: {problem}")
             assert state.tau is not None
             residuals.append(state.tau - self.model.at(state).g)
-        off = np.mean(residuals, axis=0)
-        if not np.all(np.abs(off) <= RESIDUAL):
-            joint = int(np.argmax(np.abs(off) / RESIDUAL))
-            raise TorqueEntryError(
-                f"torque mode refused: joint {joint + 1} measures {off[joint]:+.2f} N·m beside the model, "
-                f"{RESIDUAL[joint]} at most; declare what the hand carries, or zero the torques in a candle pose"
-            )
+        problem = other_weight(np.mean(residuals, axis=0))
+        if problem is not None:
+            raise TorqueEntryError(f"torque mode refused: {problem}")
 
     def _switch(self) -> None:
         """Send the weight, ask for torque mode, and read it back."""
@@ -194,13 +167,9 @@ class TorqueEntry:
         """A second under the weight's torque alone."""
         start = self._hold().q
         for _ in range(SETTLED):
-            drift = self._hold().q - start
-            if np.any(np.abs(drift) > DRIFT):
-                joint = int(np.argmax(np.abs(drift)))
-                raise TorqueEntryError(
-                    f"torque mode left again: under its weight's torque joint {joint + 1} drifted by "
-                    f"{np.rad2deg(drift[joint]):.1f}°; check the payload and the gravity set-up"
-                )
+            problem = drifting(self._hold().q - start)
+            if problem is not None:
+                raise TorqueEntryError(f"torque mode left again: {problem}")
         if self.kinova.mode() is not ControlMode.TORQUE:
             raise TorqueEntryError("torque mode was left by the arm itself within a second; look at its lamps")
 

@@ -77,6 +77,18 @@ def jaco2_augmented_links() -> tuple[Body, ...]:
     return tuple(combine(parts, link.name) for parts, link in zip(jaco2_parts(), jaco2_links(), strict=True))
 
 
+def finger_frames() -> tuple[Array, ...]:
+    """Frames of the three fingers, link 6 ← finger, (4, 4) [m]: x along the open finger, z its joint, which closes it.
+
+    The first is the thumb. Source: vendor's description.
+    """
+    return (
+        _frame((0.00279, 0.03126, -0.11467), (-1.7047873384941834, 0.6476144647144773, 1.67317415161155)),
+        _frame((0.02226, -0.02707, -0.11482), (-1.570796327, 0.649262481663582, -1.38614049188413)),
+        _frame((-0.02226, -0.02707, -0.11482), (-1.570796327, 0.649262481663582, -1.75545216211587)),
+    )
+
+
 def _body(name: str, mass: float, com: tuple[float, float, float], inertia: tuple[float, ...]) -> Body:
     """A body from (xx, yy, zz, xy, xz, yz) in 1e-6 kg·m² = kg·mm², as tables print it."""
     xx, yy, zz, xy, xz, yz = inertia
@@ -112,12 +124,7 @@ def _hand() -> tuple[Body, ...]:
     )
     proximal = _body("proximal", 0.009127, (0.0204, -0.0082, 0.0), (0.725662, 2.470995, 2.464460, -0.002343, 0.0, 0.0))
     distal = _body("distal", 0.01269, (0.0574, -0.0078, 0.0), (0.650426, 2.630881, 2.465798, -0.023954, 0.0, 0.0))
-    frames = (
-        _frame((0.00279, 0.03126, -0.11467), (-1.7047873384941834, 0.6476144647144773, 1.67317415161155)),
-        _frame((0.02226, -0.02707, -0.11482), (-1.570796327, 0.649262481663582, -1.38614049188413)),
-        _frame((-0.02226, -0.02707, -0.11482), (-1.570796327, 0.649262481663582, -1.75545216211587)),
-    )
-    return (palm, *(bone.seen_from(T) for T in frames for bone in (proximal, distal)))
+    return (palm, *(bone.seen_from(T) for T in finger_frames() for bone in (proximal, distal)))
 
 
 def _frame(xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> Array:

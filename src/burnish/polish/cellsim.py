@@ -110,25 +110,37 @@ def simulated_job(
     """
     points = np.concatenate([stroke.points for stroke in strokes])
     placement = nominal_placement(float(points[:, 2].max()))
-    model = tool.on(Model.jaco2()).with_armature(arm.armature)
-    workpiece = Workpiece(grid=grid if real_grid is None else real_grid, p=placement.p, R=placement.R)
-    robot = SimRobot(HOME, rate=rate, plant=arm.plant, tool=tool, workpiece=workpiece)
-    rig = Rig(robot, model, Supervisor(limits=Limits.jaco2(), period=1.0 / rate), felt.sense(tool))
+    real = Workpiece(grid=grid if real_grid is None else real_grid, p=placement.p, R=placement.R)
+    rig, robot = simulated_rig(arm, real, rate=rate, felt=felt, tool=tool)
     job = Job(
         rig=rig,
         tool=tool,
         grid=grid,
         strokes=strokes,
         placement=placement,
-        upright=tool_down(model),
+        upright=tool_down(rig.model),
         law=law_for(arm, rate, tool, felt),
-        travel=ComputedTorque.at_frequency(10.0, friction=arm.friction),
+        travel=travel_law(arm),
         home=HOME,
         touch_force=felt.touch_force,
         uncertainty=SLIDE + TURN * half_size(points),
         on_phase=on_phase,
     )
     return job, robot
+
+
+def simulated_rig(
+    arm: Arm, workpiece: Workpiece, *, rate: float, felt: WristFelt | JointFelt, tool: PolishingTool
+) -> tuple[Rig, SimRobot]:
+    """A simulated arm at home over a work-piece, with the model that its controller may have of it."""
+    model = tool.on(Model.jaco2()).with_armature(arm.armature)
+    robot = SimRobot(HOME, rate=rate, plant=arm.plant, tool=tool, workpiece=workpiece)
+    return Rig(robot, model, Supervisor(limits=Limits.jaco2(), period=1.0 / rate), felt.sense(tool)), robot
+
+
+def travel_law(arm: Arm) -> ComputedTorque:
+    """The joint-space law of the motion from and to home."""
+    return ComputedTorque.at_frequency(10.0, friction=arm.friction)
 
 
 def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointFelt) -> ForceMotion:

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 from math import degrees, inf, isfinite, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from burnish.core import Array, Dynamics
+from burnish.runtime.clearance import Clearance
 from burnish.runtime.limits import Limits
+from burnish.runtime.machine import Cause
 
 JUMP = np.radians(2.0)
 """Difference between where a joint is and where its speed would have brought it that no motion explains [rad]."""
@@ -32,19 +33,12 @@ MODEL_ERROR = 1.25
 """Factor on a predicted acceleration: what a wrong model may hide."""
 SLOW = 0.8
 """Share of a joint's speed limit from which it is braked."""
+NEARLY = 0.9
+"""Share of the allowed tool speed from which the tool is braked."""
 LONGEST = 0.05
 """Longest period that is looked ahead [s]: after a pause the next cycle is a usual one again."""
 AHEAD = 2.0
 """Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later."""
-
-
-class Cause(NamedTuple):
-    """Why the arm has to stop."""
-
-    text: str
-    """What was found, and the limit."""
-    fault: bool = False
-    """Whether nobody may simply go on."""
 
 
 @dataclass(kw_only=True)
@@ -58,6 +52,10 @@ class Guards:
     """Whether all joints were well inside every limit in the last cycle: nothing to soften."""
     fresh: bool = field(default=True, init=False)
     """Whether the last state was newer than the one before."""
+    hurry: float = field(default=0.0, init=False)
+    """Where the tool's speed is between `NEARLY` (0) and all (1) of what is allowed."""
+    distance: float = field(default=inf, init=False)
+    """Of the arm from itself [m], or a bound of it that is not near."""
     _t: float = field(default=-inf, init=False, repr=False)
     _q: list[float] | None = field(default=None, init=False, repr=False)
     _stale: int = field(default=0, init=False, repr=False)
@@ -73,6 +71,10 @@ class Guards:
         self._calm_rows = list(zip(*(row.tolist() for row in rows), strict=True))
         self._speed = limits.speed.tolist()
         self._still = np.zeros(len(low)).tolist()
+        # Whatever the arm weighs, it is no more than all of what it meets.
+        light = limits.impact_force / sqrt(limits.impact_stiffness * limits.impact_mass)
+        self._surely = NEARLY * min(limits.free_speed, light, limits.tool_speed)
+        self._clearance = Clearance(limits)
         self._box = list(zip("xyz", limits.box_low.tolist(), limits.box_high.tolist(), strict=True))
 
     def state(self, arm: Dynamics) -> Cause | None:
@@ -83,6 +85,7 @@ class Guards:
             if not self.calm:
                 cause = self._plausible(arm) or self._joints(arm)
             cause = cause or self._tool(arm)
+            self.calm = self.calm and self.hurry == 0.0 and self.distance >= self.limits.self_slow
         if self._broken == 0 and isfinite(arm.t):
             self._t, self._q = max(arm.t, self._t), arm.q.tolist()
         return cause
@@ -131,12 +134,12 @@ class Guards:
         return None
 
     def _finite(self, arm: Dynamics) -> Cause | None:
+        self._broken += 1
+        if not arm.q.shape == arm.dq.shape == self.limits.speed.shape:
+            return Cause(f"the state has {len(arm.q)} joints; the limits have {len(self.limits.speed)}", fault=True)
         if isfinite(arm.t) and finite(arm.q) and finite(arm.dq) and (arm.tau is None or finite(arm.tau)):
             self._broken = 0
-            if arm.q.shape == arm.dq.shape == self.limits.speed.shape:
-                return None
-            return Cause(f"the state has {len(arm.q)} joints; the limits have {len(self.limits.speed)}", fault=True)
-        self._broken += 1
+            return None
         if self._broken > 2:
             return Cause("the measured state is not finite for three cycles", fault=True)
         return Cause("the measured state is not finite")
@@ -192,21 +195,52 @@ class Guards:
         for p, (axis, low, high) in zip(arm.p.tolist(), self._box, strict=True):
             if not low <= p <= high:
                 return Cause(f"the tool left its work space: {axis} = {p:.3f} m; expected {low:.3f} to {high:.3f} m")
+        self.distance = self._clearance.at(arm)
+        if not self.distance > limits.self_stop:
+            found, least = 1e3 * self.distance, 1e3 * limits.self_stop
+            return Cause(f"the arm is {found:.0f} mm from hitting itself; expected more than {least:.0f} mm")
         if arm.F is not None:
             fx, fy, fz, *_ = arm.F.tolist()
             force = sqrt(fx * fx + fy * fy + fz * fz)
             if not force <= limits.tool_force:
                 return Cause(f"the tool force reached {force:.1f} N; the limit is {limits.tool_force:.0f} N")
-        if limits.tool_speed < inf:
+        self.hurry = 0.0
+        if self._surely < inf:
             vx, vy, vz, *_ = arm.v.tolist()
             speed = sqrt(vx * vx + vy * vy + vz * vz)
-            if not speed <= limits.tool_speed:
-                return Cause(f"the tool moved at {speed:.2f} m/s; the limit is {limits.tool_speed:.2f} m/s")
+            if not speed <= self._surely:
+                allowed = min(allowed_speed(limits, arm, arm.v[:3]), limits.tool_speed)
+                if not speed <= allowed:
+                    return Cause(f"the tool moved at {speed:.2f} m/s; the limit is {allowed:.2f} m/s")
+                self.hurry = max(0.0, (speed / allowed - NEARLY) / (1.0 - NEARLY))
         if limits.energy < inf:
             energy = 0.5 * float(arm.dq.dot(arm.M.dot(arm.dq)))
             if not energy <= limits.energy:
                 return Cause(f"the arm's kinetic energy reached {energy:.2f} J; the limit is {limits.energy:.2f} J")
         return None
+
+
+def allowed_speed(limits: Limits, arm: Dynamics, v: Array) -> float:
+    """Speed along ``v``, (3,), at which the tool meets somebody with no more than the allowed force [m/s].
+
+    v = F/√(k μ), 1/μ = 1/m + 1/m_head, with the mass m that is felt along the motion (`mobility`). Source: ISO/TS
+    15066, A.3.6, which takes half of the moving parts' mass for m.
+    """
+    if limits.impact_force == inf:
+        return limits.free_speed
+    _, lightness = mobility(arm, v)
+    reduced = 1.0 / (lightness + 1.0 / limits.impact_mass)
+    return min(limits.free_speed, limits.impact_force / sqrt(limits.impact_stiffness * reduced))
+
+
+def mobility(arm: Dynamics, v: Array) -> tuple[Array, float]:
+    """Acceleration of the joints, M⁻¹ Jᵀ u, and of the tool, uᵀ J M⁻¹ Jᵀ u, by a newton along ``v`` = |v| u, (3,).
+
+    The latter is one over the mass that is felt there [1/kg], rotors of M included; 0 if M is no mass matrix.
+    """
+    along = v.dot(arm.J[:3]) / sqrt(float(v.dot(v)))
+    _, ddq, info = lapack.dposv(arm.M, along, lower=1)
+    return ddq, float(along.dot(ddq)) if info == 0 else 0.0
 
 
 def finite(values: Array) -> bool:

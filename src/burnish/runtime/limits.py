@@ -18,14 +18,26 @@ from burnish.errors import InputError
 from burnish.model.model import Model
 
 JACO2_LIMITS = Path(str(files("burnish") / "assets" / "jaco2_limits.json"))
-VERSION = 1
+VERSION = 2
 """Of the file's layout."""
 LARGEST_FILE = 64 * 1024
 """Size beyond which a file is not a limits file [B]."""
 JOINT_FIELDS = ("torque", "speed", "stiffness", "damping", "deviation", "lower", "upper")
 """Fields with one number a joint."""
-MAY_BE_ABSENT = ("deviation", "lower", "upper", "tool_speed", "energy", "box_low", "box_high")
+MAY_BE_ABSENT = (
+    "deviation",
+    "lower",
+    "upper",
+    "tool_speed",
+    "free_speed",
+    "impact_force",
+    "energy",
+    "box_low",
+    "box_high",
+)
 """Fields that may be ±inf: no limit."""
+SIGNED = ("lower", "upper", "box_low", "box_high", "axes", "capsules")
+"""Fields whose numbers may be of either sign."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +62,14 @@ class Limits:
     """Distance from a joint limit at which the arm is stopped [rad]; at most a thirtieth of its range."""
     tool_speed: float = inf
     """Speed of the tool point at which the arm is stopped [m/s]."""
+    free_speed: float = inf
+    """Speed of the tool point that is allowed where it may meet somebody [m/s]; it is braked below, stopped above."""
+    impact_force: float = inf
+    """Force that such a meeting may peak at [N]: with the mass μ that is felt it allows F/√(k μ)."""
+    impact_stiffness: float = 75e3
+    """Stiffness k of what it meets [N/m]: of a face (ISO/TS 15066, table A.3)."""
+    impact_mass: float = 4.4
+    """Mass of what it meets, free to move [kg]: of a head; μ is reduced by it."""
     tool_force: float = 25.0
     """Contact force at which the tool retreats [N]."""
     energy: float = inf
@@ -65,6 +85,18 @@ class Limits:
     retreat: float = 0.02
     """Distance by which the tool retreats along the contact force after too much of it [m]."""
 
+    axes: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    """Joint axes at q = 0, base frame: direction, and a point on it [m], (n, 6); none without capsules."""
+    capsules: Array = field(default_factory=lambda: np.zeros((0, 8)))
+    """What the arm must not hit of itself, at q = 0: the joint that moves it (0: none), both ends of its axis in the
+    base frame and its radius [m], (m, 8). The last one belongs to the last joint and goes on to the tool point."""
+    pairs: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    """Which capsules can meet, by their numbers, (k, 2)."""
+    self_slow: float = 0.02
+    """Distance of two capsules below which the arm is braked [m]."""
+    self_stop: float = 0.01
+    """Distance of two capsules at which the arm is stopped [m]."""
+
     def __post_init__(self) -> None:
         n = len(np.atleast_1d(self.torque))
         for name, blank in (("deviation", inf), ("lower", -inf), ("upper", inf)):
@@ -76,10 +108,10 @@ class Limits:
             size = n if name in JOINT_FIELDS else 3
             if values.shape != (size,):
                 raise InputError(f"limits: {name} has shape {values.shape}; expected ({size},)")
+        self._check_capsules(n)
         for name, value in vars(self).items():
-            signed = name in ("lower", "upper", "box_low", "box_high")
             values = np.asarray(value)
-            good = not np.isnan(values).any() and (signed or (values > 0.0).all())
+            good = not np.isnan(values).any() and (name in SIGNED or name == "pairs" or (values > 0.0).all())
             if not good or not (name in MAY_BE_ABSENT or np.isfinite(values).all()):
                 raise InputError(f"limits: {name} = {value}; expected finite numbers more than 0")
         if not (self.lower < self.upper).all() or not (self.box_low < self.box_high).all():
@@ -90,6 +122,26 @@ class Limits:
             raise InputError(
                 f"limits: hard_margin {self.hard_margin} rad is not below soft_margin {self.soft_margin} rad"
             )
+        if not self.self_stop < self.self_slow:
+            raise InputError(f"limits: self_stop {self.self_stop} m is not below self_slow {self.self_slow} m")
+
+    def _check_capsules(self, n: int) -> None:
+        """Tables of the right width, with joints and capsules that there are."""
+        for name, width in (("axes", 6), ("capsules", 8), ("pairs", 2)):
+            table = read_only(getattr(self, name))
+            table = table.reshape(0, width) if table.size == 0 else table
+            object.__setattr__(self, name, table)
+            if table.ndim != 2 or table.shape[1] != width:
+                raise InputError(f"limits: {name} has shape {table.shape}; expected (…, {width})")
+        carriers, count = self.capsules[:, 0], len(self.capsules)
+        if count and not (len(self.axes) == n == carriers[-1] and np.isin(carriers, np.arange(n + 1)).all()):
+            raise InputError(
+                f"limits: capsules of joints {carriers}; expected 0 to {n}, the last one {n}, and {n} axes"
+            )
+        if count and not (self.capsules[:, 7] > 0.0).all():
+            raise InputError(f"limits: capsules with radii {self.capsules[:, 7]} m; expected more than 0")
+        if not np.isin(self.pairs, np.arange(count)).all():
+            raise InputError(f"limits: pairs = {self.pairs.tolist()}; expected numbers of {count} capsules")
 
     @classmethod
     def of(cls, model: Model) -> Limits:
@@ -155,7 +207,7 @@ class Limits:
 def _plain(value: Any) -> Any:
     """Numbers for JSON, null for ±inf."""
     if isinstance(value, np.ndarray):
-        return [_plain(float(v)) for v in value]
+        return [_plain(v if np.ndim(v) else float(v)) for v in value]
     return float(value) if np.isfinite(value) else None
 
 
@@ -163,7 +215,10 @@ def _number(path: str | Path, name: str, value: Any) -> Any:
     """Back from `_plain`; the sign of what is absent is told by the name."""
     none = -inf if name in ("lower", "box_low") else inf
     if isinstance(value, list) and len(value) <= 64:
-        return np.array([_number(path, name, v) for v in value], dtype=float)
+        try:
+            return np.array([_number(path, name, v) for v in value], dtype=float)
+        except ValueError as error:
+            raise InputError(f"{path}: {name} has rows of different lengths") from error
     if value is None:
         return none
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e300:

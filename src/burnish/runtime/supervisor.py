@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
 from math import inf, isfinite, sqrt
 
 import numpy as np
@@ -11,82 +10,51 @@ from numpy.typing import NDArray
 
 from burnish.core import Array, Dynamics
 from burnish.inverse import damped_spd_inverse
-from burnish.runtime.guards import BELIEVABLE_SPEED, SLOW, Cause, Guards, finite
+from burnish.runtime.guards import BELIEVABLE_SPEED, NEARLY, SLOW, Guards, finite, mobility
 from burnish.runtime.limits import Limits as Limits
+from burnish.runtime.machine import Cause, Machine, Mode
+from burnish.runtime.machine import Event as Event
 
 SHORTEST = 1e-4
 """Shortest time step that the rate clamp believes in [s]."""
 SINGULAR = 1e-3
 """Smallest eigenvalue of J Jᵀ below which the way back is damped."""
 BRAKE = 10.0
-"""Deceleration of that brake by the speed above the share [1/s]; slow against the cycles of any loop."""
+"""Deceleration of a joint or the tool by the speed that is too much [1/s]; slow against the cycles of any loop."""
 PUSH_BACK = 25.0
 """Acceleration away from a joint limit by the way inside the soft margin [1/s²]."""
 FAR = 0.5
 """Way from where a joint was last seen beyond which its reading is no longer believed in a hold [rad]."""
-CLEAR_FOR = 1.0
-"""Time without a cause after which a hold may be acknowledged [s]."""
-TOO_OFTEN, WITHIN = 3, 60.0
-"""Holds within this time [s] that make a fault."""
-
-
-class Mode(Enum):
-    """What the supervisor lets through."""
-
-    TORQUE = "torque"
-    """The law's torque, softened and clamped."""
-    HOLD = "hold"
-    """The safe torque, until somebody acknowledges."""
-    FAULT = "fault"
-    """The safe torque, until somebody has read the cause and resets."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Event:
-    """Why and when the supervisor tripped."""
-
-    t: float
-    """Time [s]."""
-    cause: str
-    """What was found, and the limit."""
-    fault: bool = False
-    """Whether it was a fault."""
 
 
 @dataclass(kw_only=True)
-class Supervisor:
+class Supervisor(Machine):
     """Checks every state and every torque between the law and the robot.
 
-    Order: finite state and clock → length → freshness → plausible, joint speed → position, work space → tool force,
-    tool speed, energy → finite torque → soft limits → absolute clamp → rate clamp → joint speed ahead.
+    Order: finite state and clock → length → freshness → plausible, joint speed → position, work space, self-collision →
+    tool force, tool speed, energy → finite torque → soft limits → absolute clamp → rate clamp → joint speed ahead.
 
-    Near a limit the torque is softened first: a joint that is fast is braked, one near its limit is pushed back. A trip
-    latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint positions of that
-    instant; after too much tool force q₀ lies a little way back along the force. No exception leaves it, and nothing
-    but `acknowledge` or `reset` ends it.
+    Near a limit the torque is softened first: a joint or a tool that is fast is braked, a joint near its limit is
+    pushed back. A trip latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint
+    positions of that instant; after too much tool force q₀ lies a little way back along the force. No exception leaves
+    it, and nothing but `acknowledge` or `reset` ends it; `Machine` has the states that there are.
     """
 
     limits: Limits
     period: float | None = None
     """Nominal time between two samples [s]; with it, cycles that come late are noticed."""
-    mode: Mode = field(default=Mode.TORQUE, init=False)
-    """What is let through."""
-    event: Event | None = field(default=None, init=False)
-    """The trip that holds the arm, or None."""
     clamped: int = field(default=0, init=False)
     """Cycles in which a torque was clamped."""
     softened: int = field(default=0, init=False)
-    """Cycles in which a joint was braked or pushed back from its limit."""
+    """Cycles in which a joint or the tool was braked, or a joint pushed back from its limit."""
     _guards: Guards = field(init=False, repr=False)
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _seen: Array | None = field(default=None, init=False, repr=False)
     _weight: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _last: list[float] | None = field(default=None, init=False, repr=False)
-    _t: float = field(default=-inf, init=False, repr=False)
-    _clear_since: float = field(default=inf, init=False, repr=False)
-    _holds: list[float] = field(default_factory=list, init=False, repr=False)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         self._guards = Guards(limits=self.limits, period=self.period)
         low, high = self.limits.within(self.limits.soft_margin, 0.1)
         slow = SLOW * self.limits.speed
@@ -94,78 +62,57 @@ class Supervisor:
         self._free = [inf] * len(self._most)
         self._soft_rows = list(zip(low.tolist(), high.tolist(), slow.tolist(), strict=True))
 
-    @property
-    def tripped(self) -> bool:
-        """Whether the supervisor has stopped the arm."""
-        return self.event is not None
-
     def filter(self, arm: Dynamics, torque: Array) -> Array:
         """The torque that may be sent [N·m], (n,)."""
-        cause = self._guards.state(arm)
-        period = arm.t - self._t if isfinite(arm.t) and isfinite(self._t) else 0.0
-        if cause is None and self.event is None:
-            cause = self._guards.command(torque)
-        if cause is None and self.event is None:
-            soft = torque if self._guards.calm else self._soften(arm, torque)
-            sent = self._clamp(arm, soft, period)
-            tau = np.array(sent)
-            cause = self._guards.ahead(arm, tau, period)
+        guards = self._guards
+        cause = guards.state(arm)
+        period = arm.t - self._now if isfinite(arm.t) and isfinite(self._now) else 0.0
+        if cause is None and self.mode is Mode.TORQUE:
+            cause = guards.command(torque)
             if cause is None:
-                self._seen, self._weight = arm.q, arm.g
-                self._note_sent(arm, sent)
-                return tau
-        self._note(arm, cause)
-        safe = self._safe(arm)
-        sent = self._clamp(arm, safe, period)
-        self._note_sent(arm, sent)
-        return np.array(sent)
-
-    def acknowledge(self) -> str | None:
-        """Somebody has seen why the arm is held, and lets the law go on; says what stands against it, or None."""
-        if self.mode is not Mode.HOLD:
-            return None if self.mode is Mode.TORQUE else "this is a fault: read its cause and reset"
-        if not self._t - self._clear_since >= CLEAR_FOR:
-            return f"the cause has not been clear for {CLEAR_FOR:g} s"
-        self.mode, self.event = Mode.TORQUE, None
-        return None
+                soft = torque if guards.calm else self._soften(arm, torque)
+                sent = self._clamp(arm, soft, period)
+                tau = np.array(sent)
+                cause = guards.ahead(arm, tau, period)
+                if cause is None:
+                    self._seen, self._weight, self._last = arm.q, arm.g, sent
+                    self.passed(arm.t)
+                    return tau
+        self._last = self._clamp(arm, self._safe(arm, cause), period)
+        return np.array(self._last)
 
     def reset(self, seen: Event) -> None:
-        """Somebody has read ``seen``, the event that holds the arm: the supervisor is as new."""
-        if seen is self.event:
-            self.mode, self.event = Mode.TORQUE, None
-            self._guards, self._holds = Guards(limits=self.limits, period=self.period), []
-
-    def _note(self, arm: Dynamics, cause: Cause | None) -> None:
-        """Latch a cause; while the arm is held, remember since when there is none."""
-        if self.event is None and cause is not None:
-            self._holds = [t for t in self._holds if self._t - t < WITHIN] + [self._t]
-            fault = cause.fault or len(self._holds) >= TOO_OFTEN
-            self.mode = Mode.FAULT if fault else Mode.HOLD
-            self.event = Event(t=arm.t, cause=cause.text, fault=fault)
-            trusted = self._trusted(arm)
-            if trusted.all():
-                self._hold = arm.q + self._way_back(arm)
-            elif self._seen is not None:
-                self._hold = np.where(trusted, arm.q, self._seen)
-        elif cause is not None and cause.fault and self.mode is Mode.HOLD:
-            self.mode = Mode.FAULT
-            self.event = Event(t=arm.t, cause=cause.text, fault=True)
-        if cause is not None:
-            self._clear_since = inf
-        elif self._clear_since == inf:
-            self._clear_since = arm.t
+        """Somebody has read ``seen``, the very event that is shown: out of a fault the supervisor is as new."""
+        super().reset(seen)
+        if not self.tripped:
+            self._guards = Guards(limits=self.limits, period=self.period)
 
     def _soften(self, arm: Dynamics, torque: Array) -> Array:
-        """The torque with what brakes a fast joint, and what pushes one back from its limit."""
-        soft = []
+        """The torque with what brakes a fast joint or tool, and what pushes a joint back from its limit."""
+        limits, soft = self.limits, []
+        near = (limits.self_slow - self._guards.distance) / (limits.self_slow - limits.self_stop)
+        near = between(near, 0.0, 1.0)
         for q, dq, (low, high, slow) in zip(arm.q.tolist(), arm.dq.tolist(), self._soft_rows, strict=True):
             over, inside = dq - between(dq, -slow, slow), q - between(q, low, high)
-            soft.append(-BRAKE * over - PUSH_BACK * inside)
-        if not any(soft):
+            soft.append(-BRAKE * (over + near * dq) - PUSH_BACK * inside)
+        hurry = self._guards.hurry
+        if not (hurry or any(soft)):
             return torque
         self.softened += 1
         # As an acceleration: a spring or a damper that suits the shoulder would shake the wrist.
-        return np.asarray(torque + arm.M.dot(np.array(soft)))
+        tau = np.asarray(torque + arm.M.dot(np.array(soft)))
+        return self._slowed(arm, tau, hurry) if hurry else tau
+
+    def _slowed(self, arm: Dynamics, tau: Array, hurry: float) -> Array:
+        """The torque that speeds the tool up the less, the faster it is; not at all at what is allowed."""
+        v = arm.v[:3]
+        speed = sqrt(float(v.dot(v)))
+        ddq, lightness = mobility(arm, v)
+        if lightness <= 0.0:
+            return tau
+        faster = max(0.0, float(ddq.dot(tau - arm.h - arm.g)))
+        less = hurry * (faster + BRAKE * (1.0 - NEARLY) * speed)
+        return np.asarray(tau - v.dot(arm.J[:3]) / speed * (less / lightness))
 
     def _way_back(self, arm: Dynamics) -> Array:
         """Joint motion that takes the tool off along too large a contact force [rad], (n,); else none."""
@@ -179,16 +126,26 @@ class Supervisor:
         # Not by Λ: this must work with whatever mass matrix there is.
         return np.asarray(arm.J.T @ (damped_spd_inverse(arm.J @ arm.J.T, SINGULAR) @ back))
 
-    def _safe(self, arm: Dynamics) -> Array:
+    def _safe(self, arm: Dynamics, cause: Cause | None) -> Array:
         """g − D q̇ + K (q₀ − q) of the joints whose reading can be believed; of the others their last weight alone."""
         limits, trusted = self.limits, self._trusted(arm)
-        whole = bool(trusted.all()) and finite(arm.g)
-        if whole:
+        seen = bool(trusted.all())
+        stopped = self.note(arm.t, arm.dq, cause, seen)
+        # Where no joint can be believed, there may be others than ours.
+        q, dq = (arm.q, arm.dq) if trusted.any() else (np.zeros(len(trusted)), np.zeros(len(trusted)))
+        if seen and stopped:
+            self._hold = arm.q + self._way_back(arm)
+        elif seen and self.mode not in (Mode.HOLD, Mode.FAULT):
+            # Not in torque mode: wherever it is taken, there is nothing to pull it back to.
+            self._hold = arm.q
+        elif stopped and self._seen is not None:
+            self._hold = np.where(trusted, q, self._seen)
+        if seen and finite(arm.g):
             # If it tripped before anything was seen, the first position that can be believed is held.
             self._hold, self._weight = self._hold if len(self._hold) else arm.q, arm.g
         if len(self._hold) == 0 or len(self._weight) == 0:
             return np.zeros(len(limits.torque)) if self._last is None else np.array(self._last)
-        q, dq = np.where(trusted, arm.q, self._hold), np.where(trusted, arm.dq, 0.0)
+        q, dq = np.where(trusted, q, self._hold), np.where(trusted, dq, 0.0)
         return np.asarray(self._weight - limits.damping * dq + limits.stiffness * (self._hold - q))
 
     def _trusted(self, arm: Dynamics) -> NDArray[np.bool_]:
@@ -215,11 +172,6 @@ class Supervisor:
             sent.append(last - step if tau < last - step else last + step if tau > last + step else tau)
         self.clamped += sent != asked
         return sent
-
-    def _note_sent(self, arm: Dynamics, sent: list[float]) -> None:
-        self._last = sent
-        if isfinite(arm.t):
-            self._t = max(arm.t, self._t)
 
 
 def between(value: float, low: float, high: float) -> float:

@@ -123,6 +123,49 @@ class Offset(Spell):
 
 
 @dataclass(kw_only=True)
+class Scaled(Spell):
+    """All numbers of a reading are in another unit, such as degrees for radians."""
+
+    signal: str
+    """``q``, ``dq``, ``tau`` or ``F``."""
+    factor: float
+    """Of that unit."""
+
+    def spoilt(self, robot: Robot, state: State) -> State:
+        """With every number of it multiplied."""
+        return _with(state, self.signal, self.factor * np.array(getattr(state, self.signal)))
+
+
+@dataclass(kw_only=True)
+class Clock(Spell):
+    """The robot's clock is wrong."""
+
+    by: float
+    """By how much [s]; NaN is no time at all."""
+
+    def spoilt(self, robot: Robot, state: State) -> State:
+        """With that time."""
+        return replace(state, t=state.t + self.by)
+
+
+@dataclass(kw_only=True)
+class Hang(Spell):
+    """The controller does nothing for a while, once: measurements pass, and nothing is sent."""
+
+    lost: int
+    """Measurements that pass."""
+    _done: bool = field(default=False, init=False, repr=False)
+
+    def spoilt(self, robot: Robot, state: State) -> State:
+        """The measurement after the pause."""
+        if not self._done:
+            self._done = True
+            for _ in range(self.lost):
+                state = robot.read()
+        return state
+
+
+@dataclass(kw_only=True)
 class Slow(Spell):
     """Measurements are lost: of so many only the last one arrives."""
 

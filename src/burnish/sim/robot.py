@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from math import isfinite
 from time import perf_counter
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 from typing_extensions import Self
 
 from burnish.core import Array, Command, State, Torque
 from burnish.errors import InputError, SimulationError
 from burnish.model.tool import PolishingTool
 from burnish.sim.contact import SphereOnSurface, Touch, Vector, plain
+from burnish.sim.hand import Fingers, Hand
 from burnish.sim.plant import Plant
 from burnish.sim.scene import TIMESTEP, Workpiece, build
+from burnish.sim.things import Table, Thing, body_of
 from burnish.sim.truth import Truth
 
 HOME = np.array([4.8046852, 2.924825, 1.002, 4.2031852, 1.4458, 1.3233])
@@ -28,7 +32,7 @@ SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 class SimRobot:
-    """A simulated JACO2 with a polishing tool.
+    """A simulated JACO2 with a polishing tool, with a hand that moves its fingers, or bare.
 
     `read` runs the physics up to the next sample and returns what the sensors say; `write` sends a torque, which
     acts after the plant's delay. The truth is in `truth`, for metrics and reports only. ``late_cycles`` counts the
@@ -43,6 +47,8 @@ class SimRobot:
         plant: Plant | None = None,
         tool: PolishingTool | None = None,
         workpiece: Workpiece | None = None,
+        hand: Hand | None = None,
+        things: Sequence[Thing] = (),
     ) -> None:
         """An arm at rest at ``q`` [rad], held by its gravity torque, sampled at ``rate`` [Hz].
 
@@ -52,16 +58,20 @@ class SimRobot:
             plant: what the arm really is; the ideal one, equal to `Model.jaco2`, without it.
             tool: the tool in its hand, with a wrist sensor; a bare arm without wrist sensor without it.
             workpiece: the mould under the tool.
+            hand: a hand whose fingers move and touch; a stiff one with open fingers, which touches nothing, without it.
+            things: what stands around the hand.
 
         Raises:
-            InputError: if the rate is out of range, or there is a mould but no tool.
+            InputError: if the rate is out of range, there is a mould but no tool, there are things but no hand, a tool
+                and a hand, or two things of one name.
         """
         if not 20.0 <= rate <= 1.0 / TIMESTEP:
             raise InputError(f"rate {rate} Hz is out of range; expected 20 to {1.0 / TIMESTEP:.0f} Hz")
         self._plant = plant if plant is not None else Plant.ideal()
         if workpiece is not None and tool is None:
             raise InputError("a work-piece without a tool: nothing would touch it; give SimRobot a PolishingTool")
-        scene = build(tool, self._plant, workpiece)
+        _check_hand(hand, tool, things)
+        scene = build(tool, self._plant, workpiece, hand, things)
         self._n, self._tip, self._tool_body = scene.n, scene.tip, scene.tool
         self._model = scene.model
         self._data = mujoco.MjData(scene.model)
@@ -91,6 +101,11 @@ class SimRobot:
             data.qfrc_constraint[:n],
             data.qfrc_passive[:n],
         )
+        self._fingers = None
+        if hand is not None:
+            self._fingers = Fingers(hand, self._model, data)
+            # The engine's own vector also holds what the contacts do to the joints, which is no friction.
+            self._constraint = np.zeros(n)
         self._sensed, self._warnings = data.sensordata, data.warning.number
         self._option = scene.model.opt
         counts = self._plant.encoder_counts
@@ -100,6 +115,7 @@ class SimRobot:
         self._started = False
         self._q_before = self._encoders()
         self._t_before = 0.0
+        self._loose = [thing.name for thing in things if not isinstance(thing, Table)]
         self.truth = Truth(timestep=TIMESTEP)
         mujoco.mj_forward(self._model, self._data)
         self._wrench = np.array(self._data.sensordata)
@@ -121,6 +137,37 @@ class SimRobot:
         """True joint speeds at this instant [rad/s], (n,): for a judge, never for a controller."""
         return np.array(self._qvel)
 
+    def fingers(self) -> Array:
+        """Angles of the finger drives, 0 when open [rad], (3,).
+
+        Raises:
+            InputError: if the arm has no hand that moves.
+        """
+        return self._hand().angles()
+
+    def move_fingers(self, angles: ArrayLike) -> None:
+        """Send the finger drives to these angles [rad], (3,), 0 to 1.396; does not wait.
+
+        Raises:
+            InputError: if they are not three finite numbers, or the arm has no hand that moves.
+        """
+        self._hand().go_to(angles)
+
+    def truth_grip(self) -> Array:
+        """True normal force of each finger [N], (3,), thumb first: for a judge, never for a controller."""
+        return self._hand().grip()
+
+    def truth_pose(self, name: str) -> tuple[Array, Array]:
+        """Where a thing truly is: p (3,) [m] and R (3, 3), base axes; for a judge, never for a controller.
+
+        Raises:
+            InputError: if there is no such thing.
+        """
+        if name not in self._loose:
+            raise InputError(f"no thing {name!r}; there are: {', '.join(self._loose) or 'none'}")
+        body = self._data.body(body_of(name))
+        return np.array(body.xpos), np.array(body.xmat).reshape(3, 3)
+
     def read(self) -> State:
         """Run the physics to the next sample; what the sensors read then.
 
@@ -129,7 +176,12 @@ class SimRobot:
         """
         if self._started:
             off = self._plant.period_jitter * (2.0 * next(self._draws) - 1.0) if self._plant.period_jitter else 0.0
-            self._advance(max(1, round(self.period * (1.0 + off) / TIMESTEP)))
+            steps = max(1, round(self.period * (1.0 + off) / TIMESTEP))
+            if self._fingers is not None:
+                self._fingers.drive(steps * TIMESTEP)
+            self._advance(steps)
+        if self._fingers is not None:
+            self._constraint[:] = self._fingers.dry_friction(self._n)
         self._started = True
         state = self._measure()
         self._read_at = perf_counter()
@@ -159,6 +211,12 @@ class SimRobot:
     def push(self, F: Array) -> None:
         """Somebody pushes the hand from now on: a wrench about the tool frame's origin, base axes [N, N·m], (6,)."""
         self._on_hand[:3], self._on_hand[3:] = self._base @ F[:3], self._base @ F[3:]
+
+    def _hand(self) -> Fingers:
+        """The drives of the fingers."""
+        if self._fingers is None:
+            raise InputError("this simulated arm has no fingers that move; give SimRobot a Hand()")
+        return self._fingers
 
     def _advance(self, steps: int) -> None:
         """``steps`` physics steps with the queued commands and the contact."""
@@ -243,3 +301,19 @@ class SimRobot:
         truth.normal.append(nowhere if touch is None else touch.normal)
         truth.slip.append(0.0 if touch is None else touch.slip)
         truth.axis.append(plain(self._axis))
+
+
+def _check_hand(hand: Hand | None, tool: PolishingTool | None, things: Sequence[Thing]) -> None:
+    """Refuse a cell that cannot be.
+
+    Raises:
+        InputError: if hand, tool and things do not go together.
+    """
+    if hand is not None and tool is not None:
+        raise InputError("a polishing tool and a moving hand: the tool is where the fingers would be; give one of them")
+    if hand is None and things:
+        raise InputError("things without a hand: nothing would touch them; give SimRobot a Hand()")
+    names = [thing.name for thing in things]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"two things are called {', '.join(twice)}; give each a name of its own")

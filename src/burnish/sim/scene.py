@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,9 @@ from burnish.core import Array
 from burnish.model.model import JACO2_URDF
 from burnish.model.tool import PolishingTool
 from burnish.rotation import exp, quaternion
+from burnish.sim.hand import Hand
 from burnish.sim.plant import Plant
+from burnish.sim.things import Thing
 from burnish.surface import DistanceGrid
 
 logger = logging.getLogger(__name__)
@@ -35,7 +38,7 @@ class Scene:
     model: Any
     """mujoco.MjModel."""
     n: int
-    """Number of arm joints; the slide of a tool's tip is one more."""
+    """Number of arm joints; the slide of a tool's tip, fingers and loose things come after them."""
     base: int
     """Body of the arm's base."""
     hand: int
@@ -59,27 +62,38 @@ class Workpiece:
     """Rotation, base ← mould, (3, 3)."""
 
 
-def build(tool: PolishingTool | None, plant: Plant, workpiece: Workpiece | None) -> Scene:
-    """Compile the arm of a plant, with a tool in its hand or without; contact and self-healing of the engine are off.
+def build(
+    tool: PolishingTool | None,
+    plant: Plant,
+    workpiece: Workpiece | None,
+    hand: Hand | None = None,
+    things: Sequence[Thing] = (),
+) -> Scene:
+    """Compile the arm of a plant, with a tool, a hand that moves, or neither; the engine's self-healing is off.
 
     The frame of MuJoCo's world is the frame of the mould, where it really stands: the arm's base is placed in it
-    and gravity turned, so that the contact needs no change of axes.
+    and gravity turned, so that the contact needs no change of axes. Without a mould it is the arm's base frame.
+    The engine's own contact is for a hand and the things around it; without a hand it is off.
     """
     spec = mujoco.MjSpec.from_file(str(JACO2_URDF))
     joints = list(spec.joints)
     n = len(joints)
-    hand = spec.body(HAND)
+    frame = spec.body(HAND)
     if plant.payload > 0.0:
         # A point mass; the engine wants some extent, and a millimetre is none.
-        load = hand.add_body(name="payload")
+        load = frame.add_body(name="payload")
         _inertial(load, plant.payload, (0.0, 0.0, 0.0), np.full(3, 1e-6 * plant.payload))
     if tool is not None:
-        _mount(tool, spec, hand)
+        _mount(tool, spec, frame)
     spec.option.timestep = TIMESTEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     # MuJoCo's joint limits are soft springs; the arm's own limits are the controller's business.
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
+    for joint in joints:
+        joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    fingers = _gripping(hand, things, spec) if hand is not None else []
+    if hand is None:
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
     if workpiece is not None:
         R = exp(plant.mould_turn) @ workpiece.R
         base = spec.body(BASE)
@@ -92,6 +106,7 @@ def build(tool: PolishingTool | None, plant: Plant, workpiece: Workpiece | None)
     model.dof_damping[:n] = plant.friction.viscous
     model.dof_frictionloss[:n] = plant.friction.coulomb
     moving = [[model.body(joint.parent.name).id] for joint in joints]
+    moving[-1] += [model.body(name).id for name in fingers]
     tools = [model.body(name).id for name in ("tool", "tip")] if tool is not None else []
     for ids, scale in zip([*moving, tools], plant.mass_scale, strict=True):
         model.body_mass[ids] *= scale
@@ -109,6 +124,15 @@ def build(tool: PolishingTool | None, plant: Plant, workpiece: Workpiece | None)
         tool=wrist,
         effort_limit=effort,
     )
+
+
+def _gripping(hand: Hand, things: Sequence[Thing], spec: Any) -> list[str]:
+    """The hand with its fingers, and the things around it; returns the names of the fingers' bodies."""
+    for thing in things:
+        thing.put(spec)
+    # With the flat cone of the engine's default a held thing creeps out of the fingers.
+    spec.option.cone, spec.option.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
+    return hand.mount(spec)
 
 
 def _mount(tool: PolishingTool, spec: Any, hand: Any) -> None:

@@ -1,0 +1,198 @@
+"""The operator's seat at a session of teaching or replaying: keys in, a screen out, a recording beside it."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from time import monotonic
+from types import FrameType
+
+import numpy as np
+
+from burnish.commands.screen import Screen, View
+from burnish.core import Sample
+from burnish.errors import InputError
+from burnish.record.recorder import Recorder
+from burnish.rotation import euler_xyz
+from burnish.runtime.loop import Rig
+from burnish.sim.paced import Paced
+from burnish.sim.robot import SimRobot
+from burnish.teach.behaviours import Key, Session
+
+TYPED = {"r": Key.RECORD, "e": Key.STORE, "\n": Key.GO_ON, "\r": Key.GO_ON, " ": Key.CANCEL, "p": Key.PAUSE}
+"""What is typed, in small letters, to what it means."""
+NAMED = {Key.RECORD: "R", Key.STORE: "E", Key.GO_ON: "Enter", Key.CANCEL: "Space", Key.PAUSE: "P"}
+"""What a key is called."""
+MEANS = {
+    Key.RECORD: "record",
+    Key.STORE: "store and go home",
+    Key.GO_ON: "go on",
+    Key.CANCEL: "cancel",
+    Key.PAUSE: "pause, go on",
+}
+"""What it does."""
+SHOWN = 1.0 / 15.0
+"""Time between two looks at the screen [s]."""
+PACES = 0.1, 100.0
+"""Range of the pace."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+Script = Mapping[int, Key]
+"""Keys by the number of the cycle after which they were pressed, from 1."""
+
+
+@dataclass(kw_only=True)
+class Seat:
+    """Drives a session to its end."""
+
+    session: Session
+    """What is driven; it can be run once."""
+    robot: SimRobot
+    """The simulated arm under it."""
+    recorder: Recorder
+    """Where it is recorded."""
+    after: Callable[[Sample], None] = lambda sample: None
+    """Called after every cycle."""
+    typed: Callable[[], list[str]] | None = None
+    """What was typed; None where nobody sits at a terminal."""
+    by_itself: Callable[[Session], Key | None] = lambda session: None
+    """The key that is pressed where nobody is there."""
+    screen: Screen | None = None
+    """What the operator sees."""
+    title: str = ""
+    """Of the screen."""
+    device: str = "no device"
+    """What moves the tool."""
+    mode: Callable[[], str] = lambda: ""
+    """What the device moves now."""
+    why: str = field(default="", init=False)
+    """The signal that interrupted; empty without one."""
+    pressed: list[str] = field(default_factory=list, init=False)
+    """``cycle:key`` of every key that was pressed, so that the run can be repeated."""
+    _shown: tuple[float, int] = field(default=(-1.0, 0), init=False)
+
+    def drive(self, script: Script | None = None, interrupted_after: int | None = None) -> float:
+        """Run the session to the arm at rest; with a script as it was run before. Returns the wall time [s]."""
+        start = time.perf_counter()
+        with self.session.rig.robot:
+            for count, sample in enumerate(self.session.run(), 1):
+                self.recorder.record(sample, self.session.phase)
+                self.after(sample)
+                for key in self._keys(count, script):
+                    self.pressed.append(f"{count}:{key.value}")
+                    self.session.press(key)
+                if (self.why or count == interrupted_after) and not self.session.interrupted:
+                    self.recorder.end_with(interrupted_after=str(count))
+                    self.session.interrupt()
+                self._show(sample, count)
+        self.recorder.end_with(outcome=self.outcome(), keys=" ".join(self.pressed))
+        return time.perf_counter() - start
+
+    def outcome(self) -> str:
+        """How it ended, in words."""
+        session = self.session
+        event = session.rig.supervisor.event
+        if event is not None:
+            return f"stopped by the supervisor: {event.cause}"
+        if session.failure is not None:
+            return f"stopped: {session.failure}"
+        if session.interrupted:
+            return "interrupted"
+        return "done" if session.completed else "cancelled"
+
+    def _keys(self, count: int, script: Script | None) -> list[Key]:
+        if script is not None:
+            return [script[count]] if count in script else []
+        keys = [TYPED[key.lower()] for key in (self.typed() if self.typed else ()) if key.lower() in TYPED]
+        own = self.by_itself(self.session)
+        return keys if own is None else [*keys, own]
+
+    def _show(self, sample: Sample, count: int) -> None:
+        """What the operator sees of this cycle, 15 times a second."""
+        now = monotonic()
+        since, before = self._shown
+        if self.screen is None or now - since < SHOWN:
+            return
+        self._shown = (now, count)
+        arm, session = sample.arm, self.session
+        supervisor, limits = session.rig.supervisor, session.rig.supervisor.limits
+        self.screen.show(
+            View(
+                title=self.title,
+                t=arm.t,
+                mode=session.phase,
+                moves=session.progress(),
+                deadman="",
+                p=arm.p.tolist(),
+                angles=np.rad2deg(euler_xyz(arm.R)).tolist(),
+                force=None if arm.F is None else arm.F[:3].tolist(),
+                q=np.rad2deg(arm.q).tolist(),
+                lower=[_finite(value) for value in np.rad2deg(limits.lower)],
+                upper=[_finite(value) for value in np.rad2deg(limits.upper)],
+                slowed="",
+                device=self.device,
+                age=0.0,
+                rate=(count - before) / (now - since) if since > 0.0 else 0.0,
+                late=self.robot.late_cycles,
+                cycles=count,
+                supervisor=supervisor.mode.value,
+                cause=supervisor.event.cause if supervisor.event else "",
+                buttons={"mode": self.mode()} if self.mode() else {},
+                keys={NAMED[key]: MEANS[key] for key in session.waits_for},
+                note=self.why,
+                speed=float(np.linalg.norm(arm.v[:3])),
+            )
+        )
+
+
+@contextmanager
+def ended_by_signals(seat: Seat) -> Iterator[None]:
+    """Ctrl-C, a closed terminal and a request to end bring the arm to rest; a second Ctrl-C ends the program at once.
+
+    Ctrl-Z does nothing: nobody leaves an arm alone that way.
+    """
+    before = {number: signal.getsignal(number) for number in (*SIGNALS, signal.SIGTSTP)}
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        signal.signal(number, before[signal.Signals(number)] if number == signal.SIGINT else signal.SIG_IGN)
+        seat.why = signal.Signals(number).name
+
+    try:
+        for number in SIGNALS:
+            signal.signal(number, ask)
+        signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def paced(rig: Rig, robot: SimRobot, pace: float) -> None:
+    """From now on the rig's arm keeps to ``pace`` times real time; 0 leaves it as fast as it can.
+
+    Raises:
+        InputError: if the pace is out of range.
+    """
+    if pace == 0.0:
+        return
+    if not PACES[0] <= pace <= PACES[1]:
+        raise InputError(f"--pace {pace:g} is out of range; expected 0, or {PACES[0]:g} to {PACES[1]:g}")
+    rig.robot = Paced(robot, lambda: pace * monotonic(), lambda s: time.sleep(s / pace))
+
+
+def needs_somebody(yes: bool) -> None:
+    """Refuse to wait for keys that nobody can type.
+
+    Raises:
+        InputError: if there is no terminal and nobody said --yes.
+    """
+    if not yes and not (sys.stdin is not None and sys.stdin.isatty()):
+        raise InputError("there is no terminal to press keys in; run it in one, or give --yes to go on by itself")
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,172 @@
+"""The operator's place at a simulated arm: the arm in real time, a law that follows poses, a device, its modes."""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+from pathlib import Path
+from typing import Any
+
+from burnish.commands.order import ARMS
+from burnish.commands.work import model_hash, versions
+from burnish.control import OperationalSpace
+from burnish.core import Array, Controller, Dynamics
+from burnish.errors import InputError
+from burnish.experiments import ours
+from burnish.experiments.contenders import CONTENDERS
+from burnish.model.model import Model
+from burnish.model.tool import PolishingTool
+from burnish.polish.cell import HOME, nominal_placement
+from burnish.polish.cellsim import WristFelt, check_size, simulated_rig
+from burnish.record.described import described, fingerprint
+from burnish.runtime.guards import mobility
+from burnish.runtime.limits import Limits
+from burnish.runtime.loop import Rig
+from burnish.runtime.supervisor import Supervisor
+from burnish.sim.arms import Arm
+from burnish.sim.hand import Hand
+from burnish.sim.paced import Paced
+from burnish.sim.robot import SimRobot
+from burnish.sim.scene import Workpiece
+from burnish.surface import DistanceGrid, Mould
+from burnish.teleop.device import Device
+from burnish.teleop.find import WORDS, open_device
+from burnish.teleop.limits import Bounds
+from burnish.teleop.modes import Panel
+from burnish.teleop.modes_a import ModesA
+from burnish.teleop.modes_b import ModesB
+from burnish.teleop.reference import Operator, Pace
+from burnish.teleop.shaped import Shaped
+
+
+def hand_led(arm: Arm) -> OperationalSpace:
+    """`OperationalSpace` without its integral, which would press harder and harder where the tool meets something."""
+    return replace(ours.operational_space(arm), ki=0.0)
+
+
+LAWS: dict[str, Callable[[Arm], Controller[Any]]] = {
+    each.name: each.ours for each in CONTENDERS if each.ours is not None and not each.joints
+} | {"OperationalSpace": hand_led}
+"""Every law that follows tool poses, with our gains for an arm."""
+MODES: dict[str, ModesA | ModesB] = {"a": ModesA(fitted=False), "b": ModesB(fitted=False)}
+"""The machines of modes for an arm without fingers."""
+MODE_BUTTONS = {"a": 2, "b": 1}
+"""The highest button that a machine of modes uses."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Station:
+    """All that a session needs; nothing of it moves yet."""
+
+    title: str
+    """Arm, rate and law, for people."""
+    rig: Rig
+    """The arm that keeps to the wall's clock, its model and its supervisor."""
+    robot: Paced
+    """That arm."""
+    law: Controller[Any]
+    """What follows the operator."""
+    operator: Operator
+    """Where the operator moves the tool to."""
+    device: Device
+    """What the operator commands with."""
+    fingers: bool
+    """Whether the arm has fingers that move."""
+    metadata: dict[str, str]
+    """For the recording."""
+
+
+def station(options: argparse.Namespace) -> Station:
+    """What the options of ``burnish teleop`` ask for; the device is opened and has to be left.
+
+    Raises:
+        InputError: if an option cannot be used.
+        HardwareError: if the device is not there.
+    """
+    rate = _checked(options)
+    arm = ARMS[options.arm](options.seed)
+    limits = Limits.jaco2() if options.near_people else unshared(Limits.jaco2())
+    if options.mould is None:
+        model = Model.jaco2().with_armature(arm.armature)
+        robot = SimRobot(HOME, rate=rate, plant=arm.plant, hand=Hand())
+        rig = Rig(robot, model, Supervisor(limits=limits, period=1.0 / rate))
+    else:
+        mould, tool = Mould.load(options.mould, options.unit), PolishingTool()
+        check_size(mould, tool)
+        placement = nominal_placement(float(mould.vertices[:, 2].max()))
+        workpiece = Workpiece(grid=DistanceGrid.of(mould), p=placement.p, R=placement.R)
+        rig, robot = simulated_rig(arm, workpiece, rate=rate, felt=WristFelt(), tool=tool)
+        rig.supervisor = Supervisor(limits=limits, period=1.0 / rate)
+    rig.robot = paced = Paced(robot)
+    law = LAWS[options.law](arm)
+    # A file is played by the clock of the simulation, so that it comes out the same on a machine that is busy.
+    clock = time.monotonic if options.device in WORDS else lambda: robot.time
+    device = open_device(options.device, clock)
+    operator = Operator(
+        read=Shaped(device=device).read,
+        panel=Panel(modes=replace(MODES[options.modes], fitted=options.mould is None), deadman=options.deadman),
+        bounds=bounds(limits),
+        pace=Pace.near_people() if options.near_people else Pace(),
+        taken=lambda: rig.supervisor.tripped,
+        allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
+    )
+    recorded = ("arm", "modes", "law", "seed", "mould", "device", "near_people", "deadman")
+    return Station(
+        title=f"simulated {options.arm} arm at {rate:g} Hz, {options.law}",
+        rig=rig,
+        robot=paced,
+        law=law,
+        operator=operator,
+        device=device,
+        fingers=options.mould is None,
+        metadata={"verb": "teleop", "rate": str(rate)}
+        | {name: str(getattr(options, name)) for name in recorded}
+        | {"operated_with": device.name, "python": platform.python_version(), "model_sha256": model_hash()}
+        | versions()
+        | {"law_gains": described(law), "pace": described(operator.pace), "leash": described(operator.leash)}
+        | {"limits": described(limits), "limits_sha256": fingerprint(limits)},
+    )
+
+
+def unshared(limits: Limits) -> Limits:
+    """The limits where nobody can get to the arm: its tool speed is bounded by what it can do, and by no impact."""
+    return replace(limits, free_speed=inf, impact_force=inf)
+
+
+def bounds(limits: Limits) -> Bounds:
+    """What the operator shall not reach: where the supervisor begins to push a joint back."""
+    lower, upper = limits.within(limits.soft_margin, 0.1)
+    return Bounds(lower=lower, upper=upper, speed=limits.speed, box_low=limits.box_low, box_high=limits.box_high)
+
+
+def allowed_speed(limits: Limits, arm: Dynamics, v: Array) -> float:
+    """How fast the tool point may be along ``v`` before the supervisor stops it [m/s]."""
+    most = min(limits.free_speed, limits.tool_speed)
+    if limits.impact_force == inf:
+        return most
+    _, lightness = mobility(arm, v)
+    reduced = 1.0 / (lightness + 1.0 / limits.impact_mass)
+    return min(most, limits.impact_force / sqrt(limits.impact_stiffness * reduced))
+
+
+def _checked(options: argparse.Namespace) -> float:
+    """The control rate; refuses what is out of range before anything is built."""
+    if options.law not in LAWS:
+        raise InputError(f"--law {options.law} is none that follows tool poses; expected one of {', '.join(LAWS)}")
+    if options.seed < 0:
+        raise InputError(f"--seed {options.seed} is negative; expected 0 or more")
+    if options.seconds is not None and not 0.0 < options.seconds < 1e6:
+        raise InputError(f"--seconds {options.seconds:g} is out of range; expected more than 0")
+    least = MODE_BUTTONS[options.modes] + 1
+    if options.deadman is not None and not least <= options.deadman <= 32:
+        raise InputError(f"--deadman {options.deadman} is a button of the modes or none; expected {least} to 32")
+    if options.device not in WORDS and not Path(options.device).is_file():
+        raise InputError(f"--device {options.device}: no such device or file; expected {', '.join(WORDS)}, or a file")
+    rate = ARMS[options.arm](options.seed).rate if options.rate is None else options.rate
+    if not 50.0 <= rate <= 1000.0:
+        raise InputError(f"--rate {rate:g} Hz is out of range; expected 50 to 1000 Hz")
+    return float(rate)

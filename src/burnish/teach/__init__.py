@@ -1,0 +1,1 @@
+"""Show the arm a job once, and let it repeat it: demonstrations, their clean-up, and their replay with force held."""

@@ -1,0 +1,150 @@
+"""How fast the operator may go where the arm is: joint limits, singularities, joint speeds and the work space.
+
+All of them are one rule. What is a way d from its end, and closes it at a speed c if the operator's twist is obeyed,
+may close it at d/T at most: the twist is scaled by the least of min(1, d/(T c)). The arm slows down, comes to rest at
+the end, and leaves it freely. The scale is one number, so the direction stays the operator's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import lapack
+
+from burnish.core import Array, Dynamics, read_only
+from burnish.errors import InputError
+
+BRAKING = 0.4
+"""T [s]: from 0.41 rad/s a joint brakes with 1.0 rad/s², a fifth of what an operator may ask of it."""
+LENGTH = 0.3
+"""Length that makes metres comparable with radians in the Jacobian [m]: about that of a link of a table-top arm."""
+SINGULAR = 0.05
+"""Smallest singular value of the Jacobian, its linear rows over `LENGTH`, that the operator gets to. On a JACO2 it is
+0.25 at home; at 0.05 the full speed would take four times the joint speed that there is."""
+JOINT_SPEED = 0.65
+"""Share of a joint's speed limit that the operator gets; the supervisor brakes from 0.8."""
+FASTER, SLOWER = 2.5, 5.0
+"""What the operator's accelerations may ask of a joint when it is to move faster, and slower [rad/s²]. A supervisor
+that looks two cycles of 10 ms ahead, at a torque that comes back no faster than its rate, stops a joint that is
+accelerated much more; what slows down it lets pass, and 5 rad/s² bring a joint to rest in about a tenth of a second."""
+DAMPING = 1e-3
+"""Of the joint speeds in a singularity, in units of the singular values; elsewhere they are exact to 0.1 %."""
+ASIDE = 0.005
+"""Share of the fastest joint's speed with which a limit may be closed by the way: next to one, a motion along it would
+else be stopped by the last digits of a joint speed."""
+
+
+_SCALE = np.repeat([1.0 / LENGTH, 1.0], 3)
+
+
+class Slowed(NamedTuple):
+    """How far a twist is slowed down."""
+
+    share: float = 1.0
+    """What is left of it, in [0, 1]."""
+    cause: str = ""
+    """Which limit does it; empty where none does."""
+
+
+class Mobility:
+    """How the tool can move where the arm is: J = U diag(s) Vᵀ, with the linear rows over `LENGTH`."""
+
+    def __init__(self, J: Array) -> None:
+        self._J = J
+        self._U, self._s, self._Vt, _ = lapack.dgesdd(_SCALE[:, None] * J, full_matrices=0)
+
+    @property
+    def smallest(self) -> float:
+        """The smallest singular value σ."""
+        return float(self._s[-1])
+
+    def joint_speeds(self, twist: Array) -> Array:
+        """The joint speeds of a twist by the damped pseudo-inverse [rad/s], (n,)."""
+        s = self._s
+        return np.asarray((s / (s * s + DAMPING**2) * (_SCALE * twist).dot(self._U)).dot(self._Vt))
+
+    def smallest_rate(self, dq: Array) -> float:
+        """σ̇ = uᵀ J̇ w at joint speeds q̇ [1/s]; u and w are the singular vectors of σ."""
+        return float((_SCALE * self._U[:, -1]).dot(jacobian_rate(self._J, dq).dot(self._Vt[-1])))
+
+    def ease(self, before: Array, after: Array, acceleration: Array) -> float:
+        """Share of the accelerations [m/s², rad/s²], (6,), with which the twist may change without hurrying a joint."""
+        duration = float((np.abs(after - before) / acceleration).max())
+        now, then = self.joint_speeds(before), self.joint_speeds(after)
+        fastest = float(np.abs(then - now).max())
+        most = SLOWER if float(then.dot(then)) < float(now.dot(now)) else FASTER
+        return min(1.0, most * duration / fastest) if fastest > 0.0 else 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """What the operator shall not reach; arrays are copied."""
+
+    lower: Array
+    """Joint positions at which the operator is stopped, (n,) [rad]; −inf for none. Give a margin inside the limits."""
+    upper: Array
+    """The same above, (n,) [rad]."""
+    speed: Array
+    """Joint speed limits [rad/s], (n,)."""
+    box_low: Array = field(default_factory=lambda: np.full(3, -np.inf))
+    """Least coordinates of the tool point, base frame [m], (3,)."""
+    box_high: Array = field(default_factory=lambda: np.full(3, np.inf))
+    """Largest coordinates of the tool point, base frame [m], (3,)."""
+
+    def __post_init__(self) -> None:
+        for name, size in (("lower", None), ("upper", None), ("speed", None), ("box_low", 3), ("box_high", 3)):
+            values = read_only(getattr(self, name))
+            object.__setattr__(self, name, values)
+            if values.shape != ((size,) if size else np.shape(self.lower)) or np.isnan(values).any():
+                raise InputError(f"Bounds: {name} = {values}; expected numbers, one a joint or one an axis")
+        if not ((self.lower < self.upper).all() and (self.box_low < self.box_high).all() and (self.speed > 0.0).all()):
+            raise InputError("Bounds: expected lower < upper, box_low < box_high, and speeds more than 0")
+
+    def slowed(self, arm: Dynamics, here: Mobility, twist: Array) -> Slowed:
+        """What of a twist of the tool, base axes [m/s, rad/s], (6,), the arm shall follow where it is."""
+        dq = here.joint_speeds(twist)
+        sigma, dsigma = here.smallest, here.smallest_rate(dq)
+        fastest = np.abs(dq) / (JOINT_SPEED * self.speed)
+        joint = int(fastest.argmax())
+        slowed = (
+            Slowed(1.0 / float(fastest[joint]), f"speed of joint {joint + 1}") if fastest[joint] > 1.0 else Slowed()
+        )
+        aside, v = ASIDE * float(np.abs(dq).max()), twist[:3]
+        away = np.array([sigma - SINGULAR])
+        left = [self.upper - arm.q, arm.q - self.lower, away, self.box_high - arm.p, arm.p - self.box_low]
+        closing = [dq - aside, -dq - aside, np.array([-dsigma - aside]), v, -v]
+        rows = zip(np.concatenate(left).tolist(), np.concatenate(closing).tolist(), strict=True)
+        for row, (way, speed) in enumerate(rows):
+            reach, way = BRAKING * speed, max(way, 0.0)
+            if reach > way and way / reach < slowed.share:
+                slowed = Slowed(way / reach, self._name(row))
+        return slowed
+
+    def _name(self, row: int) -> str:
+        n = len(self.lower)
+        if row < 2 * n:
+            return f"limit of joint {row % n + 1}"
+        return "singularity" if row == 2 * n else "edge of the work space"
+
+
+def jacobian_rate(J: Array, dq: Array) -> Array:
+    """J̇ at joint speeds q̇, (6, n), from the geometric Jacobian of a serial arm alone.
+
+        J̇ᵢ = [Ωᵢ × vᵢ + ωᵢ × Vᵢ; Ωᵢ × ωᵢ],    Ωᵢ = Σ_{j ≤ i} ωⱼ q̇ⱼ,    Vᵢ = Σ_{j > i} vⱼ q̇ⱼ
+
+    with the columns [vᵢ; ωᵢ] of J, base axes, joints from the base on. It holds for slides too, whose ω is 0.
+    """
+    v, w = J[:3], J[3:]
+    moving = v * dq
+    turning, beyond = (w * dq).cumsum(axis=1), moving[:, ::-1].cumsum(axis=1)[:, ::-1] - moving
+    rate = np.empty_like(J)
+    rate[:3], rate[3:] = _cross(turning, v) + _cross(w, beyond), _cross(turning, w)
+    return rate
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Column by column, (3, n); several times as fast as NumPy's own for so few."""
+    (a0, a1, a2), (b0, b1, b2) = a, b
+    return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
