@@ -27,7 +27,7 @@ class Seat(Terminal):
 
     def look(self) -> str:
         """Take in some of what the program has written."""
-        for _ in range(20):
+        for _ in range(5):
             try:
                 self._stream.feed(self.program.read_nonblocking(65536, timeout=0.05))
             except (pexpect.TIMEOUT, pexpect.EOF):

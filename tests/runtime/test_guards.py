@@ -492,3 +492,56 @@ def test_late_cycles_from_the_first_on_are_counted() -> None:
         assert not supervisor.tripped
         supervisor.filter(arm_at(1.6 * T * i), arm_at(0.0).g)
     assert "late" in cause_of(supervisor)
+
+
+def test_causes_are_worded_as_they_are_shown() -> None:
+    law, state = running(), running()
+    law.filter(arm_at(5 * T), np.full(6, np.nan))
+    assert cause_of(law) == "the control law gave a torque that is not finite"
+    for i in range(3):
+        state.filter(arm_at((5 + i) * T, dq=one(np.zeros(6), 1, np.nan)), arm_at(0.0).g)
+        assert cause_of(state) == "the measured state is not finite" + (" for three cycles" if i == 2 else "")
+
+
+@pytest.mark.parametrize(
+    ("speed", "cause"), [(5.1, "joint 4 reports 5.1 rad/s"), (-4.9, "joint 4 moved at 4.90 rad/s")]
+)
+def test_speed_beyond_all_is_told_from_a_fast_joint(speed: float, cause: str) -> None:
+    supervisor = running()
+    supervisor.filter(arm_at(5 * T, dq=one(np.zeros(6), 3, speed)), arm_at(0.0).g)
+    assert cause_of(supervisor).startswith(cause)
+
+
+@pytest.mark.parametrize(("jump", "tripped"), [(0.030, False), (0.036, True), (-0.036, True)])
+def test_jump_is_what_the_speed_does_not_explain(jump: float, tripped: bool) -> None:
+    supervisor = running()
+    supervisor.filter(arm_at(5 * T, q=one(HOME, 0, HOME[0] + jump)), arm_at(0.0).g)
+    assert supervisor.tripped is tripped
+    if tripped:
+        assert cause_of(supervisor) == f"joint 1 jumped by {np.degrees(jump):.1f}° within 10 ms"
+
+
+def test_softened_cycles_are_counted_one_by_one() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    for k in range(3):
+        arm = arm_at(T * k, q=one(HOME, 2, MODEL.upper[2] - np.radians(10.0)))
+        supervisor.filter(arm, arm.g)
+    assert supervisor.softened == 3
+
+
+def test_after_a_reset_late_cycles_are_noticed_again() -> None:
+    supervisor = Supervisor(limits=LIMITS, period=T)
+    supervisor.filter(arm_at(0.0, q=BEYOND), arm_at(0.0).g)
+    assert supervisor.event is not None
+    supervisor.reset(supervisor.event)
+    for k in range(6):
+        supervisor.filter(arm_at(2.0 * T * k), arm_at(0.0).g)
+    assert "late" in cause_of(supervisor)
+
+
+def test_broken_state_before_any_other_keeps_what_was_sent_last() -> None:
+    supervisor = Supervisor(limits=LIMITS, start=Mode.IDLE)
+    arm = arm_at(0.0)
+    supervisor.filter(replace(arm, g=np.full(6, np.nan)), arm.g)
+    sent = supervisor.filter(arm_at(T, dq=np.full(6, np.nan)), arm.g)
+    assert np.isfinite(sent).all()

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from burnish.errors import InputError
 from burnish.model.model import Model
-from burnish.runtime.limits import Limits
+from burnish.runtime.limits import JACO2_LIMITS, Limits
 
 MODEL = Model.jaco2()
 LIMITS = Limits.of(MODEL)
@@ -109,3 +109,44 @@ def test_continuous_joint_has_no_margin() -> None:
     low, high = LIMITS.within(0.3, 0.1)
     assert np.isinf(low[[0, 3, 4, 5]]).all()
     assert np.isinf(high[[0, 3, 4, 5]]).all()
+
+
+def test_hold_of_the_jaco2_is_stiff_at_the_shoulder_and_soft_at_the_wrist() -> None:
+    assert_allclose(LIMITS.stiffness, [120.0] * 3 + [25.0] * 3)
+    assert_allclose(LIMITS.damping, [12.0] * 3 + [3.0] * 3)
+
+
+def test_packaged_file_is_as_it_would_be_written() -> None:
+    assert Limits.jaco2().to_json() == JACO2_LIMITS.read_text()
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"lower": [1.0] * 6, "upper": [1.0] * 6}, "^limits: a lower limit is not below its upper one"),
+        ({"box_low": [1.0] * 3, "box_high": [1.0] * 3}, "^limits: a lower limit is not below its upper one"),
+        ({"soft_margin": 0.1, "hard_margin": 0.1}, r"^limits: hard_margin 0\.1 rad is not below soft_margin 0\.1 rad"),
+        ({"speed": [1.0] * 5}, r"^limits: speed has shape \(5,\); expected \(6,\)"),
+        ({"energy": 1e300}, r"limits\.json: energy = 1e\+300; expected a number"),
+        ({"speed": [1.0] * 5 + ["fast"]}, r"limits\.json: speed = 'fast'; expected a number"),
+        ({"pairs": [[1.0], [1.0, 2.0]]}, r"limits\.json: pairs has rows of different lengths"),
+        ({"version": 1}, r"limits\.json is no limits file of version 2; expected exactly: axes, box_high, box_low, "),
+    ],
+)
+def test_refusal_says_what_was_found(changes: dict[str, Any], match: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=match):
+        Limits.load(written(tmp_path, **changes))
+
+
+def test_refusal_of_a_large_file_says_how_large_it_may_be(tmp_path: Path) -> None:
+    path = tmp_path / "limits.json"
+    path.write_text(" " * (64 * 1024 + 1))
+    with pytest.raises(InputError, match=r"limits\.json is larger than 64 KiB; expected a limits file"):
+        Limits.load(path)
+
+
+def test_word_that_is_no_number_in_json_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "limits.json"
+    path.write_text(LIMITS.to_json().replace('"energy": null', '"energy": NaN'))
+    with pytest.raises(InputError, match="NaN is no number"):
+        Limits.load(path)

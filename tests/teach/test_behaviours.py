@@ -120,7 +120,8 @@ def test_space_forgets_what_was_shown_and_r_begins_anew() -> None:
     assert not order
     assert session.stored is not None
     first, last = session.stored
-    assert first > 300
+    # Twice a tare, the first showing, and the way home.
+    assert first > 200
     assert last - first < 100
 
 

@@ -106,13 +106,12 @@ def _drive(episode: Episode, task: Task, rig: Rig, witness: Witness) -> str | No
 
 
 def _made_safe(rig: Rig) -> Iterator[Sample]:
-    """What is left without a law: the supervisor holds the arm, beginning with the measurement at hand."""
+    """What is left without a law: the supervisor holds the arm; the loop has done so in the cycle that failed."""
     nothing = np.full(rig.model.n, np.nan)
-    arm = rig.arm if rig.arm is not None else rig.read()
     while True:
+        arm = rig.read()
         applied = rig.robot.write(Torque(rig.supervisor.filter(arm, nothing)))
         yield Sample(arm, None, nothing, applied)
-        arm = rig.read()
 
 
 @cache

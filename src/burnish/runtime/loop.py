@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from math import isfinite
+
+import numpy as np
 
 from burnish.control.wrench import ContactSense, NoSense
 from burnish.core import Controller, Dynamics, Ref, Robot, Sample, Source, State, Torque
@@ -51,13 +54,29 @@ def control(
 
     Behaviours follow each other without a gap: the next call goes on from the last measurement. Between two
     ``next()`` nobody writes; the robot then holds its last command.
+
+    A cycle without a torque of the law is one in which the supervisor holds the arm. If it was the measurement that no
+    law can work with, the loop goes on with the arm held; else what the source or the law raised is raised once the
+    holding torque is on its way.
     """
     arm = rig.arm if rig.arm is not None else rig.read()
     source.reset(arm)
     controller.reset(arm)
+    reference, failure = None, None
     while not until(arm):
-        reference = source.at(arm)
-        torque = controller.torque(arm, reference)
+        try:
+            reference = source.at(arm)
+            torque = controller.torque(arm, reference)
+        except Exception as error:  # noqa: BLE001  Whatever it is, the arm comes first.
+            torque, failure = np.full(len(arm.q), np.nan), error
         applied = rig.robot.write(Torque(rig.supervisor.filter(arm, torque)))
+        if failure is not None and (reference is None or measured(arm)):
+            raise failure
+        failure = None
         yield Sample(arm, reference, torque, applied)
         arm = rig.read()
+
+
+def measured(arm: Dynamics) -> bool:
+    """Whether there is a measurement that a law can work with."""
+    return isfinite(arm.t) and bool(np.isfinite(arm.q).all() and np.isfinite(arm.dq).all())

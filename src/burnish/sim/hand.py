@@ -42,7 +42,7 @@ TIP_STIFFNESS, TIP_REST, TIP_DAMPING, TIP_ARMATURE = 0.1, -0.5, 5e-3, 1e-4
 """Spring of a tip [N·m/rad], the angle where it would rest but for the stop [rad], damping [N·m·s/rad], and an inertia
 that steadies it [kg·m²]; guesses."""
 HARD_STOP = [1e-3, 1.0]
-"""The engine's stops are springs; these are as stiff as its time step allows, and a tip bends into its own by 0.5°."""
+"""The engine's stops are springs; these are as stiff as its time step allows. A grip bends a tip by less than 0.5°."""
 PHALANGES = (
     ((0.002, -0.008, 0.0), (0.042, -0.008, 0.0), 0.0095),
     ((0.044, -0.007, 0.0), (0.080, -0.009, 0.0), 0.0075),
@@ -163,7 +163,10 @@ class Fingers:
         self._wanted = np.clip(wanted, 0.0, CLOSED)
 
     def drive(self, seconds: float) -> None:
-        """Let the nuts run for the next ``seconds``: no faster, and against no more torque, than the drives can."""
+        """Let the nuts run for the next ``seconds``: no faster, and against no more torque, than the drives can.
+
+        The torque is looked at once a cycle, which below 50 Hz makes the drives slower, never stronger.
+        """
         q, nut, step = self._data.qpos[self._joints], self._nut, self._hand.speed * seconds
         share = STIFFNESS * np.abs(nut - q) / self._hand.torque
         self._stalled = (share > STALLED) | self._stalled & (share > FREE)
