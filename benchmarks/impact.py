@@ -2,8 +2,8 @@
 
 Each contact has its own arm (masses ± 10 %, rotors and friction ± 30 %), pose, direction and way to the head. The tool
 is driven along a straight line into a mass on a spring: at nine tenths of the allowed speed, which it overshoots up to
-the whole, and at twice that speed, where the supervisor stops it, often before it is there. The force is the spring's, at the
-rate of the physics.
+the whole, and at twice that speed, where the supervisor stops it, often before it is there. The force is the spring's,
+at the rate of the physics.
 """
 
 from __future__ import annotations

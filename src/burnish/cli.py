@@ -25,7 +25,10 @@ from burnish.errors import BurnishError, InputError
 VERBS = {
     "polish": ("plan a path over a mould, rub along it at a held force, and report what was polished", add_polish),
     "plan": ("write the tool path alone, checked for reach and speed, as JSON", add_plan),
-    "teleop": ("move the tool of an arm by hand, with a SpaceMouse, a gamepad or the keyboard, and record it", add_teleop),
+    "teleop": (
+        "move the tool of an arm by hand, with a SpaceMouse, a gamepad or the keyboard, and record it",
+        add_teleop,
+    ),
     "teach": ("show the arm a job on a mould once, and store it", add_teach),
     "replay": ("repeat what was taught, with the force that was shown or open loop", add_replay),
     "reproduce": ("run the theses' and the blog's experiments, ours beside theirs, and report them", add_reproduce),

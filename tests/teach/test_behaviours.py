@@ -136,7 +136,7 @@ def test_a_session_of_teaching_is_at_rest_within_300_ms_in_any_phase(phase: str,
             session.press(Key.RECORD if session.phase == "ready" else Key.GO_ON)
         seen += session.phase == phase
         # In the middle of it, where the tool is fast.
-        if asked is None and seen == 63:
+        if asked is None and seen == 50:
             session.interrupt() if how == "interrupt" else session.press(Key.CANCEL)
             asked = robot.time
         if asked is not None:

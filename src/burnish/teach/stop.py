@@ -23,10 +23,11 @@ class Brake:
     _q0: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _dq0: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _t0: float = field(default=0.0, init=False, repr=False)
+    _still: int = field(default=0, init=False, repr=False)
 
     def reset(self, arm: Dynamics) -> None:
         """Start from this instant."""
-        self._q0, self._dq0, self._t0 = arm.q, arm.dq, arm.t
+        self._q0, self._dq0, self._t0, self._still = arm.q, arm.dq, arm.t, 0
 
     def at(self, arm: Dynamics) -> JointReference:
         """The reference at the instant of ``arm``."""
@@ -36,5 +37,7 @@ class Brake:
         return JointReference(q=self._q0 + self._dq0 * (t - 0.5 * t * t / T), dq=left * self._dq0, ddq=ddq)
 
     def stopped(self, arm: Dynamics) -> bool:
-        """Whether the reference stands and the arm with it."""
-        return arm.t - self._t0 >= self.duration and float(np.abs(arm.dq).max()) < AT_REST
+        """Whether the reference stands and the arm with it, two samples in a row; to be asked once a cycle."""
+        stands = arm.t - self._t0 >= self.duration and float(np.abs(arm.dq).max()) < AT_REST
+        self._still = self._still + 1 if stands else 0
+        return self._still >= 2
