@@ -31,7 +31,7 @@ def add_teleop(parser: argparse.ArgumentParser) -> None:
         "--deadman", type=int, metavar="BUTTON", help="button that has to be held for anything to move (default: none)"
     )
     parser.add_argument(
-        "--near-people", action="store_true", help="0.15 m/s and less where the arm is heavy, instead of 0.2 m/s"
+        "--near-people", action="store_true", help="0.126 m/s and less where the arm is heavy, instead of 0.2 m/s"
     )
     parser.add_argument(
         "--law",

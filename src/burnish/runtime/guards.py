@@ -28,7 +28,9 @@ LATE = 1.5
 """Time between two samples, in periods, from which a cycle counts as late."""
 LATE_IN_A_ROW, LATE_OF_HUNDRED = 3, 5
 STALE = 2
-"""Samples without a newer measurement that stop the arm."""
+"""Samples without a newer measurement, of the arm or of one joint, that stop the arm."""
+LYING, LYING_FOR = np.radians(10.0), 5
+"""Difference of a joint speed from that of the positions [rad/s] that stops the arm, and after how many cycles."""
 MODEL_ERROR = 1.25
 """Factor on a predicted acceleration: what a wrong model may hide."""
 SLOW = 0.8
@@ -59,6 +61,9 @@ class Guards:
     _t: float = field(default=-inf, init=False, repr=False)
     _q: list[float] | None = field(default=None, init=False, repr=False)
     _stale: int = field(default=0, init=False, repr=False)
+    _said: Dynamics | None = field(default=None, init=False, repr=False)
+    _repeats: list[int] = field(default_factory=list, init=False, repr=False)
+    _lies: list[int] = field(default_factory=list, init=False, repr=False)
     _broken: int = field(default=0, init=False, repr=False)
     _late: deque[bool] = field(default_factory=lambda: deque(maxlen=100), init=False, repr=False)
 
@@ -71,6 +76,7 @@ class Guards:
         self._calm_rows = list(zip(*(row.tolist() for row in rows), strict=True))
         self._speed = limits.speed.tolist()
         self._still = np.zeros(len(low)).tolist()
+        self._never = self._lies = self._repeats = [0] * len(low)
         # Whatever the arm weighs, it is no more than all of what it meets.
         light = limits.impact_force / sqrt(limits.impact_stiffness * limits.impact_mass)
         self._surely = NEARLY * min(limits.free_speed, light, limits.tool_speed)
@@ -84,7 +90,7 @@ class Guards:
         if cause is None and self.fresh:
             if not self.calm:
                 cause = self._plausible(arm) or self._joints(arm)
-            cause = cause or self._tool(arm)
+            cause = cause or self._alive(arm) or self._tool(arm)
             self.calm = self.calm and self.hurry == 0.0 and self.distance >= self.limits.self_slow
         if self._broken == 0 and isfinite(arm.t):
             self._t, self._q = max(arm.t, self._t), arm.q.tolist()
@@ -92,17 +98,19 @@ class Guards:
 
     def _calm(self, arm: Dynamics) -> bool:
         """Whether the measured joints are finite, believable, slow, and far from their limits."""
-        if not (isfinite(arm.t) and len(arm.q) == len(arm.dq) == len(self._still)):
+        n = len(self._still)
+        if not (isfinite(arm.t) and len(arm.q) == len(arm.dq) == n and (arm.tau is None or len(arm.tau) == n)):
             return False
         q = arm.q.tolist()
         before, dt = (q, 0.0) if self._q is None else (self._q, arm.t - self._t)
+        off = LYING * dt
         tau = self._still if arm.tau is None else arm.tau.tolist()
         rows = zip(q, before, arm.dq.tolist(), tau, self._calm_rows, strict=True)
         for q_i, before_i, dq, tau_i, (low, high, slow, most) in rows:
             moved = q_i - before_i - dq * dt
-            if not (low <= q_i <= high and -slow <= dq <= slow and -most <= tau_i <= most and -JUMP <= moved <= JUMP):
+            if not (low <= q_i <= high and -slow <= dq <= slow and -most <= tau_i <= most and -off <= moved <= off):
                 return False
-        self._broken = 0
+        self._broken, self._lies = 0, self._never
         return True
 
     def command(self, torque: Array) -> Cause | None:
@@ -135,7 +143,7 @@ class Guards:
 
     def _finite(self, arm: Dynamics) -> Cause | None:
         self._broken += 1
-        if not arm.q.shape == arm.dq.shape == self.limits.speed.shape:
+        if not arm.q.shape == arm.dq.shape == (arm.q if arm.tau is None else arm.tau).shape == self.limits.speed.shape:
             return Cause(f"the state has {len(arm.q)} joints; the limits have {len(self.limits.speed)}", fault=True)
         if isfinite(arm.t) and finite(arm.q) and finite(arm.dq) and (arm.tau is None or finite(arm.tau)):
             self._broken = 0
@@ -180,7 +188,30 @@ class Guards:
             for i, (q, before, dq) in enumerate(zip(arm.q.tolist(), self._q, speeds, strict=True)):
                 if abs(q - before - dq * dt) > JUMP + abs(dq) * dt:
                     return Cause(f"joint {i + 1} jumped by {degrees(q - before):.1f}° within {1e3 * dt:.0f} ms")
+            moved = zip(arm.q.tolist(), self._q, speeds, self._lies, strict=True)
+            self._lies = [n + 1 if abs(q - before - dq * dt) > LYING * dt else 0 for q, before, dq, n in moved]
+            if max(self._lies) >= LYING_FOR:
+                i = self._lies.index(max(self._lies))
+                found = degrees((float(arm.q[i]) - self._q[i]) / dt)
+                return Cause(
+                    f"joint {i + 1} reports {degrees(speeds[i]):.0f} °/s, and its position moves at {found:.0f} °/s"
+                )
         return None
+
+    def _alive(self, arm: Dynamics) -> Cause | None:
+        """A joint that says the very same again and again, while the others do not: noise alone makes that unlikely."""
+        before, self._said = self._said, arm
+        if arm.tau is None or before is None or before.tau is None or not (arm.tau == before.tau).any():
+            self._repeats = self._never
+            return None
+        # No torque at all is what an exact sensor reads of a joint that carries nothing.
+        same = (arm.q == before.q) & (arm.dq == before.dq) & (arm.tau == before.tau) & (arm.tau != 0.0)
+        if same.all():
+            same[:] = False
+        self._repeats = [n + 1 if s else 0 for n, s in zip(self._repeats, same.tolist(), strict=True)]
+        if max(self._repeats) < STALE:
+            return None
+        return Cause(f"joint {self._repeats.index(max(self._repeats)) + 1} reports the same for {STALE + 1} cycles")
 
     def _joints(self, arm: Dynamics) -> Cause | None:
         for i, (q, (low, high)) in enumerate(zip(arm.q.tolist(), self._hard, strict=True)):

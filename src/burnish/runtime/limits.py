@@ -147,7 +147,7 @@ class Limits:
     def of(cls, model: Model) -> Limits:
         """The description's torque, speed and position limits, and a soft hold scaled to the joints' torque.
 
-        The hold is 120/25 N·m/rad and 12/3 N·m·s/rad on the JACO2: stiff enough to carry an unknown kilogram
+        The hold is 135/28 N·m/rad and 12/3 N·m·s/rad on the JACO2: stiff enough to carry an unknown kilogram
         within 50 mm, soft enough to give way to a hand.
         """
         strong = model.effort_limit > 0.5 * model.effort_limit.max()
@@ -156,7 +156,7 @@ class Limits:
             speed=model.velocity_limit,
             lower=model.lower,
             upper=model.upper,
-            stiffness=np.where(strong, 120.0, 25.0),
+            stiffness=np.where(strong, 135.0, 28.0),
             damping=np.where(strong, 12.0, 3.0),
         )
 

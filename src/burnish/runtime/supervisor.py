@@ -10,21 +10,23 @@ from numpy.typing import NDArray
 
 from burnish.core import Array, Dynamics
 from burnish.inverse import damped_spd_inverse
-from burnish.runtime.guards import BELIEVABLE_SPEED, NEARLY, SLOW, Guards, finite, mobility
+from burnish.runtime.guards import JUMP, NEARLY, SLOW, Guards, finite, mobility
 from burnish.runtime.limits import Limits as Limits
 from burnish.runtime.machine import Cause, Machine, Mode
 from burnish.runtime.machine import Event as Event
 
-SHORTEST = 1e-4
-"""Shortest time step that the rate clamp believes in [s]."""
+SHORTEST, LONGEST = 1e-4, 0.5
+"""Shortest and longest time between two readings that is believed in a hold [s]."""
+STEADY = 0.95
+"""Share of the nominal period that the rate clamp goes by at most: a period may be that short, and a clock may lie."""
 SINGULAR = 1e-3
 """Smallest eigenvalue of J Jᵀ below which the way back is damped."""
 BRAKE = 10.0
 """Deceleration of a joint or the tool by the speed that is too much [1/s]; slow against the cycles of any loop."""
 PUSH_BACK = 25.0
 """Acceleration away from a joint limit by the way inside the soft margin [1/s²]."""
-FAR = 0.5
-"""Way from where a joint was last seen beyond which its reading is no longer believed in a hold [rad]."""
+GENTLY = 0.7
+"""Share of a joint's speed limit that the way back from too much force may ask for."""
 
 
 @dataclass(kw_only=True)
@@ -36,8 +38,9 @@ class Supervisor(Machine):
 
     Near a limit the torque is softened first: a joint or a tool that is fast is braked, a joint near its limit is
     pushed back. A trip latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint
-    positions of that instant; after too much tool force q₀ lies a little way back along the force. No exception leaves
-    it, and nothing but `acknowledge` or `reset` ends it; `Machine` has the states that there are.
+    positions of that instant; after too much tool force q₀ lies a little way back along the force. Speeds are then
+    those of the positions, and a jump that no arm can make is taken off them. No exception leaves it, and nothing but
+    `acknowledge` or `reset` ends it; `Machine` has the states that there are.
     """
 
     limits: Limits
@@ -49,7 +52,12 @@ class Supervisor(Machine):
     """Cycles in which a joint or the tool was braked, or a joint pushed back from its limit."""
     _guards: Guards = field(init=False, repr=False)
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
-    _seen: Array | None = field(default=None, init=False, repr=False)
+    sound: bool = field(default=True, init=False)
+    """Whether the last measurement passed its checks."""
+    _read: Array | None = field(default=None, init=False, repr=False)
+    """Last reading of each joint's position."""
+    _off: Array = field(init=False, repr=False)
+    """What the joints have jumped since the arm was stopped [rad]."""
     _weight: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _last: list[float] | None = field(default=None, init=False, repr=False)
 
@@ -59,13 +67,16 @@ class Supervisor(Machine):
         low, high = self.limits.within(self.limits.soft_margin, 0.1)
         slow = SLOW * self.limits.speed
         self._most, self._off = self.limits.torque.tolist(), self.limits.deviation.tolist()
-        self._free = [inf] * len(self._most)
+        self._free, self._off = [inf] * len(self._most), np.zeros(len(self._most))
+        self._none = self._off
+        self._longest = LONGEST if self.period is None else STEADY * self.period
         self._soft_rows = list(zip(low.tolist(), high.tolist(), slow.tolist(), strict=True))
 
     def filter(self, arm: Dynamics, torque: Array) -> Array:
         """The torque that may be sent [N·m], (n,)."""
         guards = self._guards
         cause = guards.state(arm)
+        self.sound = cause is None
         period = arm.t - self._now if isfinite(arm.t) and isfinite(self._now) else 0.0
         if cause is None and self.mode is Mode.TORQUE:
             cause = guards.command(torque)
@@ -75,10 +86,10 @@ class Supervisor(Machine):
                 tau = np.array(sent)
                 cause = guards.ahead(arm, tau, period)
                 if cause is None:
-                    self._seen, self._weight, self._last = arm.q, arm.g, sent
+                    self._read, self._off, self._weight, self._last = arm.q, self._none, arm.g, sent
                     self.passed(arm.t)
                     return tau
-        self._last = self._clamp(arm, self._safe(arm, cause), period)
+        self._last = self._clamp(arm, self._safe(arm, cause, period), period)
         return np.array(self._last)
 
     def reset(self, seen: Event) -> None:
@@ -124,46 +135,62 @@ class Supervisor(Machine):
             return np.zeros(len(arm.q))
         back = np.concatenate([self.limits.retreat * force / size, np.zeros(3)])
         # Not by Λ: this must work with whatever mass matrix there is.
-        return np.asarray(arm.J.T @ (damped_spd_inverse(arm.J @ arm.J.T, SINGULAR) @ back))
+        way = arm.J.T @ (damped_spd_inverse(arm.J @ arm.J.T, SINGULAR) @ back)
+        # The spring and the damper of the hold bring a joint up to K/D of what it has to go.
+        most = GENTLY * self.limits.speed * self.limits.damping / self.limits.stiffness
+        return np.asarray(way / max(1.0, float((np.abs(way) / most).max())))
 
-    def _safe(self, arm: Dynamics, cause: Cause | None) -> Array:
+    def _safe(self, arm: Dynamics, cause: Cause | None, period: float) -> Array:
         """g − D q̇ + K (q₀ − q) of the joints whose reading can be believed; of the others their last weight alone."""
-        limits, trusted = self.limits, self._trusted(arm)
-        seen = bool(trusted.all())
-        stopped = self.note(arm.t, arm.dq, cause, seen)
-        # Where no joint can be believed, there may be others than ours.
-        q, dq = (arm.q, arm.dq) if trusted.any() else (np.zeros(len(trusted)), np.zeros(len(trusted)))
-        if seen and stopped:
-            self._hold = arm.q + self._way_back(arm)
-        elif seen and self.mode not in (Mode.HOLD, Mode.FAULT):
-            # Not in torque mode: wherever it is taken, there is nothing to pull it back to.
-            self._hold = arm.q
-        elif stopped and self._seen is not None:
-            self._hold = np.where(trusted, q, self._seen)
-        if seen and finite(arm.g):
-            # If it tripped before anything was seen, the first position that can be believed is held.
-            self._hold, self._weight = self._hold if len(self._hold) else arm.q, arm.g
-        if len(self._hold) == 0 or len(self._weight) == 0:
+        limits = self.limits
+        q, dq, trusted = self._believed(arm, period)
+        seen, jumped = bool(trusted.all()), self._jumped()
+        stopped = self.note(arm.t, dq, cause or jumped, seen)
+        if stopped or self.mode not in (Mode.HOLD, Mode.FAULT) or len(self._hold) == 0:
+            # Not in torque mode, wherever it is taken there is nothing to pull it back to. What was never seen has no
+            # place to be held at, and gets its weight.
+            self._hold = q + self._way_back(arm) if seen and stopped else q
+        if seen and finite(arm.g) and jumped is None:
+            self._weight = arm.g
+        if len(self._weight) == 0:
             return np.zeros(len(limits.torque)) if self._last is None else np.array(self._last)
-        q, dq = np.where(trusted, q, self._hold), np.where(trusted, dq, 0.0)
-        return np.asarray(self._weight - limits.damping * dq + limits.stiffness * (self._hold - q))
+        held = limits.stiffness * (self._hold - q) - limits.damping * dq
+        return np.asarray(self._weight + np.where(trusted & np.isfinite(held), held, 0.0))
 
-    def _trusted(self, arm: Dynamics) -> NDArray[np.bool_]:
-        """Which joints' position and speed can be believed: new, finite, no faster and no further off than possible."""
+    def _believed(self, arm: Dynamics, period: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Position [rad] and speed [rad/s] of each joint as far as they can be believed, and whether they can, (n,).
+
+        A step that no joint can make in the time is a jump of its reading: it is taken off, and what the joint moves
+        from then on counts.
+        """
         n = len(self.limits.torque)
-        if not (self._guards.fresh and arm.q.shape == arm.dq.shape == (n,)):
-            return np.zeros(n, dtype=bool)
-        near = arm.q if self._seen is None else self._seen
-        with np.errstate(invalid="ignore"):
-            return np.asarray((np.abs(arm.dq) < BELIEVABLE_SPEED) & (np.abs(arm.q - near) < FAR))
+        new = np.isfinite(arm.q) if self._guards.fresh and arm.q.shape == (n,) else np.zeros(n, dtype=bool)
+        if self._read is None:
+            if not new.all():
+                return np.full(n, np.nan), np.zeros(n), new
+            self._read = arm.q
+        reading = np.where(new, arm.q, self._read) if new.any() else self._read
+        step, self._read = reading - self._read, reading
+        time = min(max(period, SHORTEST), LONGEST)
+        jumped = np.abs(step) > JUMP + 2.0 * self.limits.speed * time
+        self._off = self._off + np.where(jumped, step, 0.0)
+        return reading - self._off, np.where(jumped, 0.0, step / time), new
+
+    def _jumped(self) -> Cause | None:
+        """A joint whose reading has jumped and not come back: nobody may simply go on."""
+        off = np.abs(self._off)
+        if not (off > JUMP).any():
+            return None
+        joint = int(off.argmax())
+        return Cause(f"joint {joint + 1} reads {np.degrees(self._off[joint]):.1f}° off since it jumped", fault=True)
 
     def _clamp(self, arm: Dynamics, wanted: Array, period: float) -> list[float]:
         """Deviation from gravity, absolute clamp and rate clamp; counts the cycles in which something was cut."""
         asked = wanted.tolist()
         # Gravity of a broken state is no centre to stay near, and without an earlier torque there is no rate.
         weight, off = (arm.g.tolist(), self._off) if finite(arm.g) else (asked, self._free)
-        # A clock that stands, or is no number, allows what the shortest period would.
-        step = inf if self._last is None else self.limits.torque_rate * max(period, SHORTEST)
+        # A clock that stands, or is no number, allows what the shortest period would; one that leaps a usual one.
+        step = inf if self._last is None else self.limits.torque_rate * min(max(period, SHORTEST), self._longest)
         sent = []
         for tau, g, near, most, last in zip(asked, weight, off, self._most, self._last or asked, strict=True):
             if abs(tau - g) > near:

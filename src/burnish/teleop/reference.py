@@ -60,11 +60,11 @@ class Pace:
 
     @classmethod
     def near_people(cls) -> Pace:
-        """0.135 m/s: nine tenths of 0.15 m/s, at which a contact is below what all of a body bears (ISO/TS 15066).
+        """0.126 m/s: nine tenths of 0.14 m/s, at which a contact is below what all of a body bears (ISO/TS 15066).
 
-        The supervisor brakes from here on, and stops the arm at 0.15 m/s.
+        The supervisor brakes from here on, and stops the arm at 0.14 m/s.
         """
-        return cls(linear=0.135)
+        return cls(linear=0.126)
 
 
 @dataclass(frozen=True, kw_only=True)
