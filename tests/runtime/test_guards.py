@@ -56,7 +56,7 @@ TRIPS: dict[str, tuple[dict[str, Any], str]] = {
     "torque that is no number": ({"tau": one(np.zeros(6), 3, np.nan)}, "not finite"),
     "degrees for radians": ({"dq": np.full(6, 36.0)}, "expected radians"),
     "encoder jump": ({"q": one(HOME, 2, HOME[2] + 0.06)}, "joint 3 jumped by 3.4°"),
-    "tool speed": (SPINNING, "the limit is 0.14 m/s"),
+    "tool speed": (SPINNING, "the limit is 0.15 m/s"),
     "kinetic energy": (SPINNING | {"M": 10.0 * arm_at(0.0).M}, r"kinetic energy reached 1\.\d+ J; the limit is 0.50 J"),
 }
 

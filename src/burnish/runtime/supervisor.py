@@ -56,7 +56,7 @@ class Supervisor(Machine):
     """Whether the last measurement passed its checks."""
     _read: Array | None = field(default=None, init=False, repr=False)
     """Last reading of each joint's position."""
-    _off: Array = field(init=False, repr=False)
+    _jumps: Array = field(init=False, repr=False)
     """What the joints have jumped since the arm was stopped [rad]."""
     _weight: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _last: list[float] | None = field(default=None, init=False, repr=False)
@@ -67,8 +67,8 @@ class Supervisor(Machine):
         low, high = self.limits.within(self.limits.soft_margin, 0.1)
         slow = SLOW * self.limits.speed
         self._most, self._off = self.limits.torque.tolist(), self.limits.deviation.tolist()
-        self._free, self._off = [inf] * len(self._most), np.zeros(len(self._most))
-        self._none = self._off
+        self._free, self._jumps = [inf] * len(self._most), np.zeros(len(self._most))
+        self._none = self._jumps
         self._longest = LONGEST if self.period is None else STEADY * self.period
         self._soft_rows = list(zip(low.tolist(), high.tolist(), slow.tolist(), strict=True))
 
@@ -86,7 +86,7 @@ class Supervisor(Machine):
                 tau = np.array(sent)
                 cause = guards.ahead(arm, tau, period)
                 if cause is None:
-                    self._read, self._off, self._weight, self._last = arm.q, self._none, arm.g, sent
+                    self._read, self._jumps, self._weight, self._last = arm.q, self._none, arm.g, sent
                     self.passed(arm.t)
                     return tau
         self._last = self._clamp(arm, self._safe(arm, cause, period), period)
@@ -173,16 +173,16 @@ class Supervisor(Machine):
         step, self._read = reading - self._read, reading
         time = min(max(period, SHORTEST), LONGEST)
         jumped = np.abs(step) > JUMP + 2.0 * self.limits.speed * time
-        self._off = self._off + np.where(jumped, step, 0.0)
-        return reading - self._off, np.where(jumped, 0.0, step / time), new
+        self._jumps = self._jumps + np.where(jumped, step, 0.0)
+        return reading - self._jumps, np.where(jumped, 0.0, step / time), new
 
     def _jumped(self) -> Cause | None:
         """A joint whose reading has jumped and not come back: nobody may simply go on."""
-        off = np.abs(self._off)
+        off = np.abs(self._jumps)
         if not (off > JUMP).any():
             return None
         joint = int(off.argmax())
-        return Cause(f"joint {joint + 1} reads {np.degrees(self._off[joint]):.1f}° off since it jumped", fault=True)
+        return Cause(f"joint {joint + 1} reads {np.degrees(self._jumps[joint]):.1f}° off since it jumped", fault=True)
 
     def _clamp(self, arm: Dynamics, wanted: Array, period: float) -> list[float]:
         """Deviation from gravity, absolute clamp and rate clamp; counts the cycles in which something was cut."""
