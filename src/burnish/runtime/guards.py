@@ -39,8 +39,9 @@ NEARLY = 0.9
 """Share of the allowed tool speed from which the tool is braked."""
 LONGEST = 0.05
 """Longest period that is looked ahead [s]: after a pause the next cycle is a usual one again."""
-AHEAD = 2.0
-"""Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later."""
+AHEAD = 2.25
+"""Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later, and cycles
+are not all of one length."""
 
 
 @dataclass(kw_only=True)

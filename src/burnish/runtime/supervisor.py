@@ -17,8 +17,9 @@ from burnish.runtime.machine import Event as Event
 
 SHORTEST, LONGEST = 1e-4, 0.5
 """Shortest and longest time between two readings that is believed in a hold [s]."""
-STEADY = 0.95
-"""Share of the nominal period that the rate clamp goes by at most: a period may be that short, and a clock may lie."""
+STEADY, SHAKY = 0.95, 0.4
+"""Share of the nominal period that the rate clamp goes by at most: a period may be that short, and a clock may lie; and
+after a cycle without a time of its own."""
 SINGULAR = 1e-3
 """Smallest eigenvalue of J Jᵀ below which the way back is damped."""
 BRAKE = 10.0
@@ -39,8 +40,8 @@ class Supervisor(Machine):
     Near a limit the torque is softened first: a joint or a tool that is fast is braked, a joint near its limit is
     pushed back. A trip latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint
     positions of that instant; after too much tool force q₀ lies a little way back along the force. Speeds are then
-    those of the positions, and a jump that no arm can make is taken off them. No exception leaves it, and nothing but
-    `acknowledge` or `reset` ends it; `Machine` has the states that there are.
+    those of the positions, and a joint whose reading has jumped is left to its weight. No exception leaves it, and
+    nothing but `acknowledge` or `reset` ends it; `Machine` has the states that there are.
     """
 
     limits: Limits
@@ -60,6 +61,9 @@ class Supervisor(Machine):
     """What the joints have jumped since the arm was stopped [rad]."""
     _weight: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _last: list[float] | None = field(default=None, init=False, repr=False)
+    _timed: bool = field(default=True, init=False, repr=False)
+    _step: float = field(default=0.0, init=False, repr=False)
+    """Change of torque that this cycle allows [N·m]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -70,6 +74,7 @@ class Supervisor(Machine):
         self._free, self._jumps = [inf] * len(self._most), np.zeros(len(self._most))
         self._none = self._jumps
         self._longest = LONGEST if self.period is None else STEADY * self.period
+        self._shaky = SHORTEST if self.period is None else SHAKY * self.period
         self._soft_rows = list(zip(low.tolist(), high.tolist(), slow.tolist(), strict=True))
 
     def filter(self, arm: Dynamics, torque: Array) -> Array:
@@ -77,19 +82,22 @@ class Supervisor(Machine):
         guards = self._guards
         cause = guards.state(arm)
         self.sound = cause is None
+        timed, self._timed = self._timed, guards.fresh
         period = arm.t - self._now if isfinite(arm.t) and isfinite(self._now) else 0.0
+        # A clock that stands, or is no number, allows what the shortest period would; one that leaps a usual one.
+        self._step = self.limits.torque_rate * min(max(period, SHORTEST), self._longest if timed else self._shaky)
         if cause is None and self.mode is Mode.TORQUE:
             cause = guards.command(torque)
             if cause is None:
                 soft = torque if guards.calm else self._soften(arm, torque)
-                sent = self._clamp(arm, soft, period)
+                sent = self._clamp(arm, soft)
                 tau = np.array(sent)
                 cause = guards.ahead(arm, tau, period)
                 if cause is None:
                     self._read, self._jumps, self._weight, self._last = arm.q, self._none, arm.g, sent
                     self.passed(arm.t)
                     return tau
-        self._last = self._clamp(arm, self._safe(arm, cause, period), period)
+        self._last = self._clamp(arm, self._safe(arm, cause, period))
         return np.array(self._last)
 
     def reset(self, seen: Event) -> None:
@@ -158,10 +166,10 @@ class Supervisor(Machine):
         return np.asarray(self._weight + np.where(trusted & np.isfinite(held), held, 0.0))
 
     def _believed(self, arm: Dynamics, period: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Position [rad] and speed [rad/s] of each joint as far as they can be believed, and whether they can, (n,).
+        """Position [rad] and speed [rad/s] of each joint, and whether they can be believed, (n,).
 
-        A step that no joint can make in the time is a jump of its reading: it is taken off, and what the joint moves
-        from then on counts.
+        A step that no joint can make in the time is a jump of its reading, and until it jumps back nothing that it
+        says is believed: it may as well be in degrees.
         """
         n = len(self.limits.torque)
         new = np.isfinite(arm.q) if self._guards.fresh and arm.q.shape == (n,) else np.zeros(n, dtype=bool)
@@ -174,7 +182,7 @@ class Supervisor(Machine):
         time = min(max(period, SHORTEST), LONGEST)
         jumped = np.abs(step) > JUMP + 2.0 * self.limits.speed * time
         self._jumps = self._jumps + np.where(jumped, step, 0.0)
-        return reading - self._jumps, np.where(jumped, 0.0, step / time), new
+        return reading, step / time, new & (np.abs(self._jumps) <= JUMP)
 
     def _jumped(self) -> Cause | None:
         """A joint whose reading has jumped and not come back: nobody may simply go on."""
@@ -184,13 +192,12 @@ class Supervisor(Machine):
         joint = int(off.argmax())
         return Cause(f"joint {joint + 1} reads {np.degrees(self._jumps[joint]):.1f}° off since it jumped", fault=True)
 
-    def _clamp(self, arm: Dynamics, wanted: Array, period: float) -> list[float]:
+    def _clamp(self, arm: Dynamics, wanted: Array) -> list[float]:
         """Deviation from gravity, absolute clamp and rate clamp; counts the cycles in which something was cut."""
         asked = wanted.tolist()
         # Gravity of a broken state is no centre to stay near, and without an earlier torque there is no rate.
         weight, off = (arm.g.tolist(), self._off) if finite(arm.g) else (asked, self._free)
-        # A clock that stands, or is no number, allows what the shortest period would; one that leaps a usual one.
-        step = inf if self._last is None else self.limits.torque_rate * min(max(period, SHORTEST), self._longest)
+        step = inf if self._last is None else self._step
         sent = []
         for tau, g, near, most, last in zip(asked, weight, off, self._most, self._last or asked, strict=True):
             if abs(tau - g) > near:
