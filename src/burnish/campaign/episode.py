@@ -23,7 +23,7 @@ from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms
-from burnish.sim.faulty import FaultyRobot
+from burnish.sim.faulty import FaultyRobot, Hang, Intermittent, Slow
 from burnish.sim.robot import SimRobot
 
 TRUTH_EVERY = 0.01
@@ -58,7 +58,10 @@ def run(episode: Episode) -> Log:
         plant = plant if fault.plant is None else fault.plant(plant)
     tool = tasks.tool()
     witness = Witness(SimRobot(task.q, rate=episode.rate, plant=plant, tool=tool, workpiece=task.workpiece))
-    robot = FaultyRobot(robot=witness, faults=[spell for fault in episode.faults for spell in fault.reading])
+    spells = [spell for fault in episode.faults for spell in fault.reading]
+    # What loses readings comes first: what another fault makes of a reading is not to be lost with it.
+    spells.sort(key=lambda spell: not isinstance(spell, Hang | Intermittent | Slow))
+    robot = FaultyRobot(robot=witness, faults=spells)
     supervisor = Supervisor(limits=Limits.jaco2(), period=1.0 / episode.rate)
     model = _model(sum(fault.believed_payload for fault in episode.faults))
     rig = Rig(robot, model, supervisor, WristSense(mass=tool.mass, com=tool.com, offset=tool.length))
@@ -96,8 +99,8 @@ def _drive(episode: Episode, task: Task, rig: Rig, witness: Witness) -> str | No
                 if trouble is not None:
                     return f"{trouble}; and nothing could be sent: {error}"
                 trouble = f"{type(error).__name__}: {error}"
+                # The loop has sent what holds the arm before it let this through.
                 cycles = _made_safe(rig)
-                continue
             assert rig.state is not None
             witness.note(supervisor.tripped, rig.state.t)
             if supervisor.tripped and end == episode.duration:
