@@ -112,7 +112,7 @@ def test_continuous_joint_has_no_margin() -> None:
 
 
 def test_hold_of_the_jaco2_is_stiff_at_the_shoulder_and_soft_at_the_wrist() -> None:
-    assert_allclose(LIMITS.stiffness, [120.0] * 3 + [25.0] * 3)
+    assert_allclose(LIMITS.stiffness, [135.0] * 3 + [28.0] * 3)
     assert_allclose(LIMITS.damping, [12.0] * 3 + [3.0] * 3)
 
 

@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from burnish.core import Array, Dynamics, State
 from burnish.errors import InputError
 from burnish.model.model import Model
-from burnish.runtime.supervisor import Limits, Supervisor
+from burnish.runtime.machine import Mode
+from burnish.runtime.supervisor import GENTLY, SHAKY, STEADY, Limits, Supervisor
 
 MODEL = Model.jaco2()
 LIMITS = Limits.of(MODEL)
@@ -117,10 +118,11 @@ def test_after_a_trip_the_arm_is_held_softly_where_it_was(cause: str) -> None:
     supervisor = Supervisor(limits=LIMITS)
     supervisor.filter(*broken(cause))
     off, dq = np.full(6, 0.02), np.full(6, -0.1)
-    state = State(t=1.0, q=HOME + off, dq=dq)
-    arm = MODEL.at(state)
-    expected = arm.g - LIMITS.damping * dq - LIMITS.stiffness * off
     # A second later the rate clamp has let go.
+    supervisor.filter(MODEL.at(State(t=1.0, q=HOME + off - 0.01 * dq, dq=dq)), STRONG)
+    # The speed is that of the positions, whatever is reported.
+    arm = MODEL.at(State(t=1.01, q=HOME + off, dq=10.0 * dq))
+    expected = arm.g - LIMITS.damping * dq - LIMITS.stiffness * off
     assert_allclose(supervisor.filter(arm, STRONG), expected, atol=1e-12)
 
 
@@ -144,15 +146,39 @@ def test_joint_whose_reading_is_broken_is_left_to_its_weight_and_the_others_are_
     supervisor = Supervisor(limits=LIMITS)
     supervisor.filter(arm_at(), arm_at().g)
     off = np.full(6, 0.02)
-    bad = replace(MODEL.at(State(t=1.0, q=HOME + off, dq=np.zeros(6))), dq=one(np.zeros(6), 2, -1.07e8))
-    sent = supervisor.filter(bad, bad.g)
-    moved = sent - arm_at().g
+    jump = one(np.zeros(6), 2, 1.5)
+    bad = arm_at(t=1.0, q=HOME + off + jump)
+    # No step is believed to have taken longer than half a second.
+    slowed = LIMITS.damping * off / 0.5
     held = np.arange(6) != 2
+    moved = supervisor.filter(bad, bad.g) - arm_at().g
     assert_allclose(moved[~held], 0.0, atol=1e-12)
     # Where the others are when it trips is what is held from then on.
-    assert_allclose(moved[held], 0.0, atol=1e-12)
-    later = supervisor.filter(replace(bad, t=2.0, q=HOME + 2.0 * off), bad.g)
-    assert_allclose((later - arm_at().g)[held], -(LIMITS.stiffness * off)[held], atol=1e-12)
+    assert_allclose(moved[held], -slowed[held], atol=1e-12)
+    moved = supervisor.filter(replace(bad, t=2.0, q=HOME + 2.0 * off + jump), bad.g) - arm_at().g
+    assert_allclose(moved[~held], 0.0, atol=1e-12)
+    assert_allclose(moved[held], -(LIMITS.stiffness * off + slowed)[held], atol=1e-12)
+
+
+def test_joint_that_has_jumped_is_believed_again_when_it_jumps_back() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    supervisor.filter(arm_at(), arm_at().g)
+    supervisor.filter(arm_at(t=0.01, q=HOME + one(np.zeros(6), 2, 1.5)), STRONG)
+    assert supervisor.acknowledge() is not None
+    off = one(np.zeros(6), 2, 0.002)
+    supervisor.filter(arm_at(t=0.02, q=HOME + off), STRONG)
+    moved = supervisor.filter(arm_at(t=0.03, q=HOME + off), STRONG) - arm_at().g
+    assert_allclose(moved[2], -LIMITS.stiffness[2] * 0.002, atol=1e-12)
+
+
+def test_joint_that_stays_where_it_jumped_to_is_a_fault() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    supervisor.filter(arm_at(), arm_at().g)
+    for k in range(1, 4):
+        supervisor.filter(arm_at(t=0.01 * k, q=HOME + one(np.zeros(6), 2, 1.5)), STRONG)
+    assert supervisor.mode is Mode.FAULT
+    assert supervisor.event is not None
+    assert "joint 3 reads 85.9° off since it jumped" in supervisor.event.cause
 
 
 def test_broken_first_reading_sends_no_torque() -> None:
@@ -166,8 +192,13 @@ def test_after_too_much_force_the_tool_retreats_along_it() -> None:
     # The hold pulls to q₀ with a known stiffness, which tells q₀.
     hold = HOME + (supervisor.filter(arm, arm.g) - arm.g) / LIMITS.stiffness
     moved = MODEL.kinematics(hold)[0] - arm.p
-    # 20 mm along the force; the arm's curvature bends a step of 20 mm by about 2 mm.
-    assert_allclose(moved, 0.02 * push[:3] / 30.0, atol=2.5e-3)
+    # Along the force, up to 20 mm; the arm's curvature bends a step of 20 mm by about 2 mm.
+    way = float(moved @ push[:3] / 30.0)
+    assert 0.01 < way <= 0.0201
+    assert_allclose(moved, way * push[:3] / 30.0, atol=2.5e-3)
+    # No joint is asked for more speed than is gentle: the hold brings it up to K/D of its way.
+    share = np.abs(hold - HOME) * LIMITS.stiffness / LIMITS.damping / LIMITS.speed
+    assert share.max() <= GENTLY + 1e-12
 
 
 def test_too_much_force_is_told_from_the_moment() -> None:
@@ -191,6 +222,21 @@ def test_torque_changes_no_faster_than_its_rate() -> None:
     for i in range(1, 4):
         sent = supervisor.filter(arm_at(t=0.01 * i), STRONG)
         assert_allclose(sent, np.minimum(STRONG, 300.0 * 0.01 * i), atol=1e-12)
+
+
+def test_clock_that_leaps_allows_no_more_than_a_usual_period_does() -> None:
+    supervisor = Supervisor(limits=LOOSE, period=0.01)
+    supervisor.filter(arm_at(), np.zeros(6))
+    sent = supervisor.filter(arm_at(t=3600.0), STRONG)
+    assert_allclose(sent, np.full(6, 300.0 * STEADY * 0.01), atol=1e-12)
+
+
+def test_after_a_cycle_without_a_time_of_its_own_little_is_allowed() -> None:
+    supervisor = Supervisor(limits=LOOSE, period=0.01)
+    supervisor.filter(arm_at(), np.zeros(6))
+    before = supervisor.filter(arm_at(), STRONG)
+    sent = supervisor.filter(arm_at(t=0.02), STRONG)
+    assert_allclose(sent - before, np.full(6, 300.0 * SHAKY * 0.01), atol=1e-12)
 
 
 def test_torque_falls_no_faster_than_its_rate() -> None:

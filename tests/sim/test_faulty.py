@@ -141,7 +141,7 @@ def faulty_run(fault: Fault, seed: int, duration: float = 2.5) -> tuple[Array, A
     robot: Robot = FaultyRobot(robot=plant, faults=[fault])
     law = ComputedTorque.at_frequency(10.0, friction=arm.friction)
     rows: list[tuple[float, bool, Array, Array]] = []
-    for sample in control(Rig(robot, MODEL, supervisor), Sine(amplitude=0.15, period=3.0), law):
+    for sample in control(Rig(robot, MODEL, supervisor), Sine(amplitude=0.15, period=6.0), law):
         rows.append((plant.time, supervisor.tripped, plant.truth_dq(), sample.applied))
         if plant.time > duration:
             break

@@ -154,14 +154,16 @@ class Supervisor(Machine):
         q, dq, trusted = self._believed(arm, period)
         seen, jumped = bool(trusted.all()), self._jumped()
         stopped = self.note(arm.t, dq, cause or jumped, seen)
-        if stopped or self.mode not in (Mode.HOLD, Mode.FAULT) or len(self._hold) == 0:
-            # Not in torque mode, wherever it is taken there is nothing to pull it back to. What was never seen has no
-            # place to be held at, and gets its weight.
-            self._hold = q + self._way_back(arm) if seen and stopped else q
+        if stopped or len(self._hold) == 0:
+            # What was never seen has no place to be held at, and gets its weight.
+            self._hold = q + self._way_back(arm) if seen and stopped else q - self._jumps
         if seen and finite(arm.g) and jumped is None:
             self._weight = arm.g
         if len(self._weight) == 0:
             return np.zeros(len(limits.torque)) if self._last is None else np.array(self._last)
+        if self.mode not in (Mode.HOLD, Mode.FAULT):
+            # Not in torque mode: wherever it is taken, there is nothing to pull it back to.
+            return self._weight
         held = limits.stiffness * (self._hold - q) - limits.damping * dq
         return np.asarray(self._weight + np.where(trusted & np.isfinite(held), held, 0.0))
 
@@ -182,7 +184,7 @@ class Supervisor(Machine):
         time = min(max(period, SHORTEST), LONGEST)
         jumped = np.abs(step) > JUMP + 2.0 * self.limits.speed * time
         self._jumps = self._jumps + np.where(jumped, step, 0.0)
-        return reading, step / time, new & (np.abs(self._jumps) <= JUMP)
+        return reading, np.where(jumped, 0.0, step / time), new & (np.abs(self._jumps) <= JUMP)
 
     def _jumped(self) -> Cause | None:
         """A joint whose reading has jumped and not come back: nobody may simply go on."""
