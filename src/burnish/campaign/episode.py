@@ -22,7 +22,7 @@ from burnish.model.model import Model
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.runtime.supervisor import Supervisor
-from burnish.sim import arms
+from burnish.sim import arms, faulty
 from burnish.sim.faulty import FaultyRobot, Hang, Intermittent, Slow
 from burnish.sim.robot import SimRobot
 
@@ -58,7 +58,7 @@ def run(episode: Episode) -> Log:
         plant = plant if fault.plant is None else fault.plant(plant)
     tool = tasks.tool()
     witness = Witness(SimRobot(task.q, rate=episode.rate, plant=plant, tool=tool, workpiece=task.workpiece))
-    spells = [spell for fault in episode.faults for spell in fault.reading]
+    spells: list[faulty.Fault] = [spell for fault in episode.faults for spell in fault.reading]
     # What loses readings comes first: what another fault makes of a reading is not to be lost with it.
     spells.sort(key=lambda spell: not isinstance(spell, Hang | Intermittent | Slow))
     robot = FaultyRobot(robot=witness, faults=spells)
