@@ -13,7 +13,7 @@ from burnish.core import Array, Controller, Dynamics, Ref, Sample, Source, State
 from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
 from burnish.polish.cell import READY, Placement
-from burnish.polish.feasible import travel_time
+from burnish.polish.feasible import joint_travel_time, travel_time
 from burnish.polish.locate import locate, touch_points
 from burnish.polish.stroke import Stroke
 from burnish.runtime.loop import Rig, control
@@ -25,6 +25,8 @@ APPROACH_SPEED = 5e-3
 """Speed of a guarded approach [m/s]: what the tip meets at v costs about v √(k m) of force."""
 TRAVEL_SPEED = 0.05
 """Largest mean speed in free air [m/s]."""
+FREE_SPEED = 0.1
+"""Largest speed of the tool on its way from and to home [m/s]; the supervisor brakes it from 0.126 m/s on."""
 CLEARANCE = 3e-3
 """Height at which an approach starts above the nearest place where the mould may stand [m]."""
 OVERHEAD = 15e-3
@@ -160,8 +162,7 @@ class Moves:
 
     def joints(self, q: Array, phase: str = "move") -> Iterator[Sample]:
         """To joint positions, at most at half of the joint speeds."""
-        way = np.abs(q - self.arm().q) / self.rig.model.velocity_limit
-        motion = Cubic(q=q, duration=max(1.0, 3.0 * float(way.max())))
+        motion = Cubic(q=q, duration=max(1.0, joint_travel_time(self.rig.model, self.arm().q, q, FREE_SPEED)))
         yield from self.drive(phase, motion, self.travel, motion.arrived)
 
     def drive(

@@ -29,6 +29,8 @@ LATE = 1.5
 LATE_IN_A_ROW, LATE_OF_HUNDRED = 3, 5
 STALE = 2
 """Samples without a newer measurement, of the arm or of one joint, that stop the arm."""
+NOTICEABLE = 1e-3
+"""Change of a measured torque that tells a live sensor, or an arm that moves, from an exact one at rest [N·m]."""
 LYING, LYING_FOR = np.radians(10.0), 5
 """Difference of a joint speed from that of the positions [rad/s] that stops the arm, and after how many cycles."""
 MODEL_ERROR = 1.25
@@ -39,9 +41,8 @@ NEARLY = 0.9
 """Share of the allowed tool speed from which the tool is braked."""
 LONGEST = 0.05
 """Longest period that is looked ahead [s]: after a pause the next cycle is a usual one again."""
-AHEAD = 2.25
-"""Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later, and cycles
-are not all of one length."""
+AHEAD = 2.0
+"""Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later."""
 
 
 @dataclass(kw_only=True)
@@ -207,7 +208,7 @@ class Guards:
             return None
         # No torque at all is what an exact sensor reads of a joint that carries nothing.
         same = (arm.q == before.q) & (arm.dq == before.dq) & (arm.tau == before.tau) & (arm.tau != 0.0)
-        if same.all():
+        if not (np.abs(arm.tau - before.tau) > NOTICEABLE).any():
             same[:] = False
         self._repeats = [n + 1 if s else 0 for n, s in zip(self._repeats, same.tolist(), strict=True)]
         if max(self._repeats) < STALE:
