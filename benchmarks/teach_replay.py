@@ -26,13 +26,15 @@ from burnish.record.described import described
 from burnish.record.recorder import Recorder
 from burnish.record.recording import Recording
 from burnish.surface import DistanceGrid, Mould
-from burnish.teach.behaviours import Execute, Key, Train
 from burnish.teach.cleanup import Taught, cleaned
 from burnish.teach.demonstration import STORED, Demonstration, placement_text
+from burnish.teach.execute import Execute
 from burnish.teach.hand import Hand
 from burnish.teach.judge import ReplayLog, Shown, as_cleaned, as_happened, followed, nearest
 from burnish.teach.replay import Track
+from burnish.teach.session import Key
 from burnish.teach.simulated import Cell, moved_placement
+from burnish.teach.train import Train
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "benchmarks" / "results" / "teach_replay.json"

@@ -18,7 +18,7 @@ from burnish.commands.seat import Script
 from burnish.commands.taught import Place
 from burnish.record.recorder import Recorder
 from burnish.record.recording import Recording
-from burnish.teach.behaviours import Key
+from burnish.teach.session import Key
 
 PLACE = Place(mould="dome", unit="mm", arm="honest", sensor="wrist", rate=100.0, seed=1)
 

@@ -15,7 +15,8 @@ from burnish.commands.keys import typed_keys
 from burnish.commands.options import output_folder, relative
 from burnish.commands.order import ARMS
 from burnish.commands.screen import Screen
-from burnish.commands.seat import Script, Seat, ended_by_signals, needs_somebody, paced
+from burnish.commands.seat import Script, Seat, needs_somebody, paced
+from burnish.commands.signals import ended_by_signals
 from burnish.commands.taught import Place, file_hash
 from burnish.commands.taught_report import CLEANED, REPLAYED, cleaned_figure, replayed_figure, write_page
 from burnish.commands.work import model_hash, tool_hash, versions
@@ -27,11 +28,12 @@ from burnish.record.recorder import Recorder
 from burnish.record.recording import Recording
 from burnish.runtime.loop import Rig
 from burnish.sim.robot import SimRobot
-from burnish.teach.behaviours import Execute, HoldForce, Key, Session
 from burnish.teach.cleanup import Taught, cleaned
 from burnish.teach.demonstration import Demonstration, check_same
+from burnish.teach.execute import Execute, HoldForce
 from burnish.teach.judge import Followed, ReplayLog, as_cleaned, followed, seen_from
 from burnish.teach.replay import SPEED_FACTOR, Track
+from burnish.teach.session import Key, Session
 from burnish.teach.simulated import Cell, moved_placement
 
 DONE, STOPPED, INTERRUPTED = 0, 3, 130
@@ -145,7 +147,7 @@ def run(options: argparse.Namespace) -> int:
         names = stage.rig.model.joint_names
         recorder = stack.enter_context(Recorder(folder / "run.mcap", joint_names=names, metadata=stage.metadata()))
         seat = seated(stage, recorder)
-        stack.enter_context(ended_by_signals(seat))
+        stack.enter_context(ended_by_signals(seat.interrupt))
         if options.yes:
             seat.by_itself = _by_itself
         else:

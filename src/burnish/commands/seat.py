@@ -5,11 +5,9 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import monotonic
-from types import FrameType
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from burnish.rotation import euler_xyz
 from burnish.runtime.loop import Rig
 from burnish.sim.paced import Paced
 from burnish.sim.robot import SimRobot
-from burnish.teach.behaviours import Key, Session
+from burnish.teach.session import Key, Session
 
 TYPED = {"r": Key.RECORD, "e": Key.STORE, "\n": Key.GO_ON, "\r": Key.GO_ON, " ": Key.CANCEL, "p": Key.PAUSE}
 """What is typed, in small letters, to what it means."""
@@ -39,8 +37,6 @@ SHOWN = 1.0 / 15.0
 """Time between two looks at the screen [s]."""
 PACES = 0.1, 100.0
 """Range of the pace."""
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
 Script = Mapping[int, Key]
 """Keys by the number of the cycle after which they were pressed, from 1."""
 
@@ -74,6 +70,10 @@ class Seat:
     pressed: list[str] = field(default_factory=list, init=False)
     """``cycle:key`` of every key that was pressed, so that the run can be repeated."""
     _shown: tuple[float, int] = field(default=(-1.0, 0), init=False)
+
+    def interrupt(self, number: signal.Signals) -> None:
+        """A signal asks for an early end; safe in a signal handler."""
+        self.why = number.name
 
     def drive(self, script: Script | None = None, interrupted_after: int | None = None) -> float:
         """Run the session to the arm at rest; with a script as it was run before. Returns the wall time [s]."""
@@ -147,28 +147,6 @@ class Seat:
                 speed=float(np.linalg.norm(arm.v[:3])),
             )
         )
-
-
-@contextmanager
-def ended_by_signals(seat: Seat) -> Iterator[None]:
-    """Ctrl-C, a closed terminal and a request to end bring the arm to rest; a second Ctrl-C ends the program at once.
-
-    Ctrl-Z does nothing: nobody leaves an arm alone that way.
-    """
-    before = {number: signal.getsignal(number) for number in (*SIGNALS, signal.SIGTSTP)}
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        signal.signal(number, before[signal.Signals(number)] if number == signal.SIGINT else signal.SIG_IGN)
-        seat.why = signal.Signals(number).name
-
-    try:
-        for number in SIGNALS:
-            signal.signal(number, ask)
-        signal.signal(signal.SIGTSTP, signal.SIG_IGN)
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def paced(rig: Rig, robot: SimRobot, pace: float) -> None:

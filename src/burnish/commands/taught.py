@@ -15,7 +15,7 @@ from burnish.model.tool import PolishingTool
 from burnish.polish.cellsim import check_size
 from burnish.record.described import described, fingerprint
 from burnish.surface import DistanceGrid, Mould, bundled
-from burnish.teach.behaviours import Session
+from burnish.teach.session import Session
 from burnish.teach.simulated import Cell
 
 

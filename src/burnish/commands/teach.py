@@ -16,7 +16,8 @@ from burnish.commands.keys import typed_keys
 from burnish.commands.options import output_folder, relative
 from burnish.commands.order import ARMS
 from burnish.commands.screen import Screen
-from burnish.commands.seat import Seat, ended_by_signals, needs_somebody, paced
+from burnish.commands.seat import Seat, needs_somebody, paced
+from burnish.commands.signals import ended_by_signals
 from burnish.commands.station import MODES, bounds
 from burnish.commands.taught import Place
 from burnish.commands.taught_report import CLEANED, cleaned_figure, write_page
@@ -30,11 +31,12 @@ from burnish.record.recording import Recording
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.sim.robot import SimRobot
-from burnish.teach.behaviours import Key, Session, Train
 from burnish.teach.cleanup import Taught, cleaned
 from burnish.teach.demonstration import STORED, Demonstration, placement_text, write_poses
 from burnish.teach.hand import Hand
+from burnish.teach.session import Key, Session
 from burnish.teach.simulated import Cell
+from burnish.teach.train import Train
 from burnish.teleop.device import Device
 from burnish.teleop.find import WORDS, open_device
 from burnish.teleop.keyboard import Keyboard
@@ -95,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
         seat.title = f"teach on {cell.mould.name}, simulated {place.arm} arm at {rate:g} Hz"
         if options.yes:
             seat.by_itself = lambda session: _by_itself(session, shower)
-        stack.enter_context(ended_by_signals(seat))
+        stack.enter_context(ended_by_signals(seat.interrupt))
         if not options.yes:
             seat.typed = _read_too(shower.device, stack.enter_context(typed_keys(shower.device)))
             seat.screen = stack.enter_context(Screen())

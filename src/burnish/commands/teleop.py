@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
-from types import FrameType
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from burnish.analysis.metrics import write_metrics
 from burnish.commands.keys import ACKNOWLEDGE, QUIT, RESET, typed_keys
 from burnish.commands.options import output_folder, relative
 from burnish.commands.screen import Screen, View
+from burnish.commands.signals import ended_by_signals
 from burnish.commands.station import Station, station
 from burnish.control.wrench import NoSense
 from burnish.core import Dynamics, Sample, State
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         typed = stack.enter_context(typed_keys(place.device))
         session = Session(place=place, typed=typed, seconds=options.seconds)
-        stack.enter_context(_ended_by_signals(session.end))
+        stack.enter_context(ended_by_signals(lambda number: session.end(SIGNALS[number])))
         session.screen = stack.enter_context(Screen())
         session.window = stack.enter_context(window) if window else None
         names = place.rig.model.joint_names
@@ -248,28 +248,6 @@ def _axes(frame: Frame | None) -> str:
 
 def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
-
-
-@contextmanager
-def _ended_by_signals(end: Callable[[str], None]) -> Iterator[None]:
-    """Ctrl-C, a closed terminal and a request to end bring the arm to rest; a second Ctrl-C ends the program at once.
-
-    Ctrl-Z does nothing: nobody leaves an arm alone that way.
-    """
-    before = {number: signal.getsignal(number) for number in (*SIGNALS, signal.SIGTSTP)}
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        signal.signal(number, before[signal.Signals(number)] if number == signal.SIGINT else signal.SIG_IGN)
-        end(SIGNALS[signal.Signals(number)])
-
-    try:
-        for number in SIGNALS:
-            signal.signal(number, ask)
-        signal.signal(signal.SIGTSTP, signal.SIG_IGN)
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _say(session: Session, folder: Path) -> None:

@@ -22,9 +22,10 @@ from burnish.sim.arms import Arm
 from burnish.sim.robot import SimRobot
 from burnish.sim.scene import Workpiece
 from burnish.surface import DistanceGrid, Mould
-from burnish.teach.behaviours import READY_HEIGHT, HoldForce, OpenLoop, Train
 from burnish.teach.cleanup import Taught
+from burnish.teach.execute import HoldForce, OpenLoop
 from burnish.teach.replay import Track
+from burnish.teach.train import READY_HEIGHT, Train
 
 
 @dataclass(frozen=True, kw_only=True)

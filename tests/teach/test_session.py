@@ -12,10 +12,12 @@ from teach.cells import TOOL, cell_of, dome, shown
 
 from burnish.core import Array, Dynamics, ToolReference
 from burnish.sim.robot import SimRobot
-from burnish.teach.behaviours import Execute, Key, Session, Train
 from burnish.teach.cleanup import cleaned
+from burnish.teach.execute import Execute
 from burnish.teach.judge import ReplayLog, as_cleaned, followed, seen_from
 from burnish.teach.replay import Track
+from burnish.teach.session import Key, Session
+from burnish.teach.train import Train
 from burnish.trajectory import HoldPose
 
 LONGEST = 40_000
