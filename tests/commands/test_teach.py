@@ -111,7 +111,6 @@ def test_a_person_teaches_cancels_teaches_again_and_stores(tmp_path: Path) -> No
         terminal.type("-")
         terminal.until("mode        record contact polishing", typing=DOWN)
         x = position(terminal)
-        terminal.type(DOWN * 5)
         terminal.until(lambda text: abs(position(terminal) - x) > 0.012, typing=RIGHT)
         terminal.type("e")
         assert terminal.ends() == 0

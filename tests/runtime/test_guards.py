@@ -328,7 +328,8 @@ def test_nothing_is_faster_than_the_free_speed() -> None:
     up = np.array([0.0, 0.0, 1.0])
     assert allowed_speed(replace(FREE, free_speed=0.05), moving(0.1), up) == 0.05
     assert allowed_speed(replace(FREE, impact_force=np.inf), moving(0.1), up) == 0.15
-    assert allowed_speed(LIMITS, moving(0.1), up) == np.inf
+    assert allowed_speed(replace(FREE, impact_force=np.inf, tool_speed=0.1), moving(0.1), up) == 0.1
+    assert allowed_speed(LIMITS, moving(0.1), up) == LIMITS.tool_speed
 
 
 def test_mass_matrix_that_is_none_counts_as_a_wall() -> None:

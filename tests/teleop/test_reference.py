@@ -86,6 +86,16 @@ def test_the_operator_is_no_faster_than_the_tool_may_be_along_the_motion() -> No
     assert desk.push(-AXES[0], 2.0).v[0] == pytest.approx(-0.2)
 
 
+@pytest.mark.parametrize(("force", "share"), [(9.0, 1.0), (15.0, 0.5), (30.0, 0.0)])
+def test_what_is_pressed_is_pressed_no_harder_than_is_allowed(force: float, share: float) -> None:
+    desk = ready(press=20.0)
+    desk.arm = desk.arm.feeling(np.array([0.3 * force, 0.0, 0.95 * force, 0.0, 0.0, 0.0]))
+    assert desk.push(-AXES[2], 2.0).v[2] == pytest.approx(-0.2 * share, rel=0.02, abs=1e-9)
+    # Across, against the friction, and away the tool goes as fast as ever.
+    assert desk.push(-AXES[0], 2.0).v[0] == pytest.approx(-0.2)
+    assert desk.push(AXES[2], 2.0).v[2] == pytest.approx(0.2)
+
+
 def test_the_corner_of_the_caps_range_is_no_faster_than_an_axis() -> None:
     v = ready().push(np.ones(6), 2.0).v
     assert np.linalg.norm(v[:3]) == pytest.approx(0.2)

@@ -7,14 +7,14 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from burnish.commands.order import ARMS
 from burnish.commands.work import model_hash, versions
 from burnish.control import OperationalSpace
-from burnish.core import Array, Controller, Dynamics
+from burnish.core import Controller
 from burnish.errors import InputError
 from burnish.experiments import ours
 from burnish.experiments.contenders import CONTENDERS
@@ -23,7 +23,7 @@ from burnish.model.tool import PolishingTool
 from burnish.polish.cell import HOME, nominal_placement
 from burnish.polish.cellsim import WristFelt, check_size, simulated_rig
 from burnish.record.described import described, fingerprint
-from burnish.runtime.guards import mobility
+from burnish.runtime.guards import allowed_speed
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.runtime.supervisor import Supervisor
@@ -41,6 +41,9 @@ from burnish.teleop.modes_a import ModesA
 from burnish.teleop.modes_b import ModesB
 from burnish.teleop.reference import Operator, Pace
 from burnish.teleop.shaped import Shaped
+
+PRESS = 0.7
+"""Share of the force that stops the arm up to which an operator may press."""
 
 
 def hand_led(arm: Arm) -> OperationalSpace:
@@ -111,6 +114,7 @@ def station(options: argparse.Namespace) -> Station:
         panel=Panel(modes=replace(MODES[options.modes], fitted=options.mould is None), deadman=options.deadman),
         bounds=bounds(limits),
         pace=Pace.near_people() if options.near_people else Pace(),
+        press=PRESS * limits.tool_force,
         taken=lambda: rig.supervisor.tripped,
         allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
     )
@@ -141,16 +145,6 @@ def bounds(limits: Limits) -> Bounds:
     """What the operator shall not reach: where the supervisor begins to push a joint back."""
     lower, upper = limits.within(limits.soft_margin, 0.1)
     return Bounds(lower=lower, upper=upper, speed=limits.speed, box_low=limits.box_low, box_high=limits.box_high)
-
-
-def allowed_speed(limits: Limits, arm: Dynamics, v: Array) -> float:
-    """How fast the tool point may be along ``v`` before the supervisor stops it [m/s]."""
-    most = min(limits.free_speed, limits.tool_speed)
-    if limits.impact_force == inf:
-        return most
-    _, lightness = mobility(arm, v)
-    reduced = 1.0 / (lightness + 1.0 / limits.impact_mass)
-    return min(most, limits.impact_force / sqrt(limits.impact_stiffness * reduced))
 
 
 def _checked(options: argparse.Namespace) -> float:

@@ -18,7 +18,7 @@ from burnish.commands.order import ARMS
 from burnish.commands.screen import Screen
 from burnish.commands.seat import Seat, needs_somebody, paced
 from burnish.commands.signals import ended_by_signals
-from burnish.commands.station import MODES, bounds
+from burnish.commands.station import MODES, PRESS, bounds
 from burnish.commands.taught import Place
 from burnish.commands.taught_report import CLEANED, cleaned_figure, write_page
 from burnish.commands.work import versions
@@ -28,7 +28,7 @@ from burnish.polish.cell import tool_down
 from burnish.record.described import described, fingerprint
 from burnish.record.recorder import Recorder
 from burnish.record.recording import Recording
-from burnish.runtime.limits import Limits
+from burnish.runtime.guards import allowed_speed
 from burnish.runtime.loop import Rig
 from burnish.sim.robot import SimRobot
 from burnish.teach.cleanup import Taught, cleaned
@@ -170,11 +170,14 @@ def _shower(options: argparse.Namespace, cell: Cell, rig: Rig, robot: SimRobot) 
         return Shower(source=hand, mode=lambda: HAND, ended=lambda: hand.done, name="a simulated hand")
     clock = time.monotonic if options.device in WORDS else lambda: robot.time
     device = open_device(options.device, clock)
+    limits = rig.supervisor.limits
     operator = Operator(
         read=Shaped(device=device).read,
         panel=Panel(modes=MODES[options.modes]),
-        bounds=bounds(Limits.jaco2()),
+        bounds=bounds(limits),
+        press=PRESS * limits.tool_force,
         taken=lambda: rig.supervisor.tripped,
+        allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
     )
     return Shower(
         source=operator,

@@ -242,7 +242,7 @@ class Guards:
             vx, vy, vz, *_ = arm.v.tolist()
             speed = sqrt(vx * vx + vy * vy + vz * vz)
             if not speed <= self._surely:
-                allowed = min(allowed_speed(limits, arm, arm.v[:3]), limits.tool_speed)
+                allowed = allowed_speed(limits, arm, arm.v[:3])
                 if not speed <= allowed:
                     return Cause(f"the tool moved at {speed:.2f} m/s; the limit is {allowed:.2f} m/s")
                 self.hurry = max(0.0, (speed / allowed - NEARLY) / (1.0 - NEARLY))
@@ -259,11 +259,12 @@ def allowed_speed(limits: Limits, arm: Dynamics, v: Array) -> float:
     v = F/√(k μ), 1/μ = 1/m + 1/m_head, with the mass m that is felt along the motion (`mobility`). Source: ISO/TS
     15066, A.3.6, which takes half of the moving parts' mass for m.
     """
+    most = min(limits.free_speed, limits.tool_speed)
     if limits.impact_force == inf:
-        return limits.free_speed
+        return most
     _, lightness = mobility(arm, v)
     reduced = 1.0 / (lightness + 1.0 / limits.impact_mass)
-    return min(limits.free_speed, limits.impact_force / sqrt(limits.impact_stiffness * reduced))
+    return min(most, limits.impact_force / sqrt(limits.impact_stiffness * reduced))
 
 
 def mobility(arm: Dynamics, v: Array) -> tuple[Array, float]:

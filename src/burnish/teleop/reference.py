@@ -26,6 +26,8 @@ FINGER_BRAKING = 0.2
 """Time constant with which the fingers come to their ends [s]."""
 LEASH_BRAKING = 0.03
 """Time constant with which the reference comes to the end of its leash [s]."""
+EASY = 0.5
+"""Share of the allowed force up to which pressing is not slowed down."""
 SHARE = 0.85
 """Of a speed at which the arm would be stopped; a supervisor brakes from 0.9 of it."""
 LONGEST = 0.05
@@ -105,6 +107,8 @@ class Operator:
     """How fast."""
     leash: Leash = field(default_factory=Leash)
     """How far ahead of the tool."""
+    press: float = inf
+    """Force beyond which nobody presses harder by moving on [N]; for an arm that feels."""
     R_base_operator: Array = field(default_factory=lambda: np.eye(3))
     """From the operator's frame (right, away, up; see `Reading`) to base axes, (3, 3)."""
     taken: Callable[[], bool] = lambda: False
@@ -165,6 +169,7 @@ class Operator:
         slower = (
             self.bounds.slowed(arm, here, twist),
             self._as_allowed(arm, twist),
+            self._as_hard_as_allowed(arm, twist),
             self._before_leash_ends(arm, twist),
         )
         self.slowed = min(slower, key=lambda slowed: slowed.share)
@@ -201,6 +206,17 @@ class Operator:
         speed = _length(twist[:3])
         most = SHARE * self.allowed_speed(arm, twist[:3]) if speed > 0.0 else inf
         return Slowed(most / speed, "people near by") if speed > most else Slowed()
+
+    def _as_hard_as_allowed(self, arm: Dynamics, twist: Array) -> Slowed:
+        """Further into what is pressed only up to the force that is allowed."""
+        if arm.F is None:
+            return Slowed()
+        F, v = arm.F[:3], twist[:3]
+        size, soft = _length(F), EASY * self.press
+        # Against the force, and not across it as friction is.
+        if size <= soft or -float(F @ v) <= 0.5 * size * _length(v):
+            return Slowed()
+        return Slowed(max(0.0, (self.press - size) / (self.press - soft)), "pressing hard")
 
     def _before_leash_ends(self, arm: Dynamics, twist: Array) -> Slowed:
         """The rule of `Bounds` for the leash."""
