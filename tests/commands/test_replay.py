@@ -44,7 +44,7 @@ def short_replay(taught: Path, path: Path, script: Script, interrupted_after: in
     return path
 
 
-KEYS: Script = {10: Key.GO_ON, 700: Key.GO_ON, 850: Key.CANCEL}
+KEYS: Script = {10: Key.GO_ON, 1100: Key.GO_ON, 1250: Key.CANCEL}
 
 
 def test_words_that_cannot_be_used_are_refused_before_anything_moves(
