@@ -29,6 +29,9 @@ def bare_package(tmp_path: Path) -> Path:
         (package / name / "__init__.py").touch()
     for name in ("__init__", "cli", "core", "errors", "inverse", "rotation"):
         (package / f"{name}.py").touch()
+    (package / "teleop").mkdir()
+    for name in ("__init__", "modes", "modes_a", "modes_b", "limits", "smooth", "reference"):
+        (package / "teleop" / f"{name}.py").touch()
     return tmp_path
 
 

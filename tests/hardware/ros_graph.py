@@ -56,6 +56,8 @@ class RosClock(SteppedClock):
         if self.driver is not None:
             states = self.driver._states
             wait_until(lambda: states.get_num_connections() > 0, "the driver's node is not connected")
+            # The node hears of us by real messages, which stepped time must not outrun.
+            wait_until(lambda: self.driver.is_heard, "the driver's node does not listen")
         super().wait(self._now + steps * STEP)
         memory = self._standin.memory
         wait_until(lambda: switches.seen_at == ticked_at(memory), "the driver's node has died")
