@@ -155,6 +155,11 @@ def continuous_error(R: Array, R_d: Array) -> Array:
     vanish. This one is `rotation_vector_error` up to π − FADE and vanishes at π; a tool that stands there leaves by
     itself, because next to π the error points away from it.
     """
+    return np.array(continuous_error_of(R, R_d))
+
+
+def continuous_error_of(R: Array, R_d: Array) -> tuple[float, float, float]:
+    """`continuous_error` as three plain numbers [rad]: for a law that goes on with them one by one."""
     eta, x, y, z = _quaternion(R_d.dot(R.T))
     s = sqrt(x * x + y * y + z * z)
     # Near 0, θ/sin(θ/2) → 2 with an error of θ²/12 < 1e-17.
@@ -162,7 +167,7 @@ def continuous_error(R: Array, R_d: Array) -> Array:
     if eta < _FADE_ETA:
         share = eta / _FADE_ETA
         scale *= share * share * (3.0 - 2.0 * share)
-    return np.array([scale * x, scale * y, scale * z])
+    return scale * x, scale * y, scale * z
 
 
 FADE = radians(5.0)

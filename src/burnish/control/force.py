@@ -11,10 +11,12 @@ from burnish.control.checks import need_tool_reference
 from burnish.core import SINGULAR_MOBILITY, Array, Dynamics, ToolReference
 from burnish.errors import InputError
 from burnish.model.friction import Friction
-from burnish.rotation import continuous_error
+from burnish.rotation import continuous_error_of
 
 STANDSTILL = 2e-3
 """Planned speed below which the friction of the tip is no longer fed forward in full [m/s]."""
+NOTHING = (0.0,) * 6
+"""No wrench [N, N·m]."""
 
 
 @dataclass(kw_only=True)
@@ -103,31 +105,30 @@ class ForceMotion:
         need_tool_reference(self, reference)
         dt, self._t = arm.t - self._t, arm.t
         # In plain floats: six numbers at a time they are twice as fast as arrays.
-        e = (reference.p - arm.p).tolist() + continuous_error(arm.R, reference.R).tolist()
+        e = [*(reference.p - arm.p).tolist(), *continuous_error_of(arm.R, reference.R)]
         slip = (reference.v - arm.v).tolist()
         most = self.integral_acceleration
         grown = (i + dt * k * x for i, k, x in zip(self._integral, self._ki, e, strict=True))
         self._integral = [most if i > most else -most if i < -most else i for i in grown]
         gains = zip(self._kd, slip, self._kp, e, self._integral, strict=True)
         feedback = [d * s + k * x + i for d, s, k, x, i in gains]
-        held = None
+        held = NOTHING
         if reference.normal is not None and arm.F is not None:
             held = self._force(arm.F.tolist(), slip, feedback, reference, dt)
-        wrench = arm.Lambda.dot(reference.a - arm.dJdq + np.array(feedback))
-        if held is not None:
-            wrench[:3] += held
-        tau = arm.J.T.dot(wrench) + arm.h + arm.g
+        Lambda = arm.Lambda
+        wrench = Lambda.dot(reference.a - arm.dJdq + np.array(feedback)) + held
+        tau = wrench.dot(arm.J) + arm.h + arm.g
         if self.friction is not None:
             planned = arm.J_bar.dot(reference.v)
             # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
-            close = SINGULAR_MOBILITY * sqrt(float(np.vdot(arm.Lambda, arm.Lambda)))
-            tau += self.friction_share / (1.0 + close**8) * self.friction.torque(planned)
+            close = SINGULAR_MOBILITY**2 * float(np.vdot(Lambda, Lambda))
+            tau += self.friction_share / (1.0 + close**4) * self.friction.torque(planned)
         return np.asarray(tau)
 
     def _force(
         self, F: list[float], slip: list[float], feedback: list[float], reference: ToolReference, dt: float
-    ) -> tuple[float, float, float]:
-        """The force on the surface [N]; takes from the feedback, and from its integral, what is then not theirs."""
+    ) -> tuple[float, ...]:
+        """The wrench on the surface [N, N·m], six numbers; takes from the feedback, and from its integral, what is then not theirs."""
         assert reference.normal is not None, "asked only where something is pressed"
         n, v = reference.normal.tolist(), reference.v.tolist()
         c, press = self._press(_along(n, F), reference.force, dt)
@@ -144,7 +145,7 @@ class ForceMotion:
         speed = sqrt(max(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - planned * planned, 0.0) + STANDSTILL**2)
         drag = c * self.surface_friction * reference.force / speed
         push = c * (self.normal_damping * _along(n, slip) - press) - drag * planned
-        return push * n[0] + drag * v[0], push * n[1] + drag * v[1], push * n[2] + drag * v[2]
+        return push * n[0] + drag * v[0], push * n[1] + drag * v[1], push * n[2] + drag * v[2], 0.0, 0.0, 0.0
 
     def _press(self, measured: float, wanted: float, dt: float) -> tuple[float, float]:
         """Contact confidence c and pressing force [N]."""
