@@ -128,7 +128,7 @@ class ForceMotion:
     def _force(
         self, F: list[float], slip: list[float], feedback: list[float], reference: ToolReference, dt: float
     ) -> tuple[float, ...]:
-        """The wrench on the surface [N, N·m], (6,); takes from the feedback and its integral what is then not theirs."""
+        """Wrench on the surface [N, N·m], (6,); takes what is then not theirs from the feedback and its integral."""
         assert reference.normal is not None, "asked only where something is pressed"
         n, v = reference.normal.tolist(), reference.v.tolist()
         c, press = self._press(_along(n, F), reference.force, dt)
