@@ -49,7 +49,8 @@ def main(words):
         return
     if words[0] == "test":
         os.chdir(ROOT)
-        os.execv(PYTHON, [PYTHON, "-m", "pytest"] + words[1:])
+        # A file's tests stay together and in order: they share what is costly to make, and some a terminal.
+        os.execv(PYTHON, [PYTHON, "-m", "pytest", "--numprocesses", "auto", "--dist", "loadfile"] + words[1:])
     # Through the interpreter: the script's own "#!" line would break when the clone is long or spaced of name.
     os.execv(PYTHON, [PYTHON, os.path.join(VENV, "bin", "burnish")] + words)
 

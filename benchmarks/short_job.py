@@ -108,31 +108,53 @@ def into_pass(job: Job) -> Iterator[Sample]:
     raise SystemExit(f"step: the job did not reach a pass: {job.failure or job.rig.supervisor.event}")
 
 
+PACE_EVERY = 100
+"""Cycles of the job from one run of the fixed loop to the next."""
+
+
+def fixed_loop() -> float:
+    """Time of additions that fit into the nearest cache and never change [s]: what the machine gives right now."""
+    start, total = perf_counter(), 0
+    for i in range(2000):
+        total += i * i
+    return perf_counter() - start
+
+
 def real_time_factor(work: Work, rate: float) -> dict[str, float]:
     """Simulated over wall time of a job and of its passes, without recording and report.
 
-    ``job_undisturbed`` is what the job had been if every cycle had taken what the quickest twentieth of its phase's
-    cycles took: the code's own share, on a machine whose cores others use too.
+    ``machine_slowed`` is the mean time of a fixed loop, run between the cycles and not counted as theirs, over its
+    quickest twentieth: what other users of the machine take from it. ``job_undisturbed`` is what the job had been if
+    every cycle had taken what the quickest twentieth of its phase's cycles took.
     """
     job, robot = work.job(rate)
     taken: dict[str, list[float]] = {}
-    in_pass, last = 0.0, perf_counter()
-    begin, before, processor = last, 0.0, process_time()
+    loops: list[float] = []
+    in_pass, in_loops, loops_processor = 0.0, 0.0, 0.0
+    begin, before, processor = perf_counter(), 0.0, process_time()
+    last = begin
     with robot:
-        for _ in job.run():
+        for number, _ in enumerate(job.run()):
             now = perf_counter()
             taken.setdefault(job.phase, []).append(now - last)
             if job.phase == "pass":
                 in_pass += robot.time - before
-            last, before = now, robot.time
+            before = robot.time
+            last = perf_counter()
+            if number % PACE_EVERY == 0:
+                used = process_time()
+                loops.append(fixed_loop())
+                loops_processor += process_time() - used
+                in_loops, last = in_loops + perf_counter() - last, perf_counter()
     if job.failure or job.rig.supervisor.tripped:
         raise SystemExit(f"step: the job ended early: {job.failure or job.rig.supervisor.event}")
     undisturbed = sum(len(times) * float(np.percentile(times, 5)) for times in taken.values())
     return {
         "rate_Hz": rate,
-        "job": robot.time / (last - begin),
+        "job": robot.time / (last - begin - in_loops),
         "pass": in_pass / sum(taken["pass"]),
-        "job_by_processor": robot.time / (process_time() - processor),
+        "job_by_processor": robot.time / (process_time() - processor - loops_processor),
+        "machine_slowed": float(np.mean(loops) / np.percentile(loops, 5)),
         "job_undisturbed": robot.time / undisturbed,
         "simulated_s": robot.time,
         "late_cycles": float(robot.late_cycles),
