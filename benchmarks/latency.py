@@ -9,6 +9,9 @@ look every 0.1 ms finds the event, so they hold next to no waiting; the torque c
 whose period is taken off (the goal is 1 period + 1 ms). Both processes run at a real-time priority where that is
 allowed, as on a robot's computer. What carries bytes through a pseudo-terminal is a kernel thread without one, so on
 a busy machine the rows that begin at the event measure other programs; the rows of our own code do not.
+
+What is the machine's own share is measured in the same runs, between the events: how late a sleep ends that waits for
+nothing but its time. A cycle that finds an event is taken apart: how late it was woken, and how long it then took.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -62,6 +65,19 @@ PRIORITY = 10
 """Any real-time priority is before all that has none."""
 GOALS = {"event to reference": 5.0, "event to torque": 1.0}
 """p99 [ms]."""
+
+
+class Found(NamedTuple):
+    """An event that was found; times [s]."""
+
+    latency: float
+    """From before it was sent until the cycle that found it was done."""
+    idle: float
+    """How late a sleep was that waited for nothing but the moment to send it."""
+    late: float
+    """How late the cycle that found it was woken."""
+    took: float
+    """What that cycle then took."""
 
 
 class Watched:
@@ -114,26 +130,26 @@ class Bench:
     def _now(self) -> Any:
         return type(self.arm).of(**(vars(self.arm) | {"t": time.perf_counter()}))
 
-    def latencies(self, act: Callable[[], None], events: int, period: float = POLL) -> np.ndarray:
-        """Time from an event to the end of the first ``act`` that has seen it [ms], for each."""
+    def latencies(self, act: Callable[[], None], events: int, period: float = POLL) -> list[Found]:
+        """From an event to the end of the first ``act`` that has seen it, for each."""
         found = []
         due = self._rest(act)
         for k in range(events):
             count = COUNTS[k % len(COUNTS)]
             send = time.perf_counter() + self.random.uniform(*PAUSE)
             while due < send:
-                due = _cycle(act, due, period)
-            _until(send)
+                due = _cycle(act, due, period)[0]
+            idle = _until(send)
             sent = time.perf_counter()
             self.mouse.move(count, 0, 0, 0, 0, 0)
             while self.watched.pushed != count / FULL_SCALE and due < sent + LOST:
-                due = _cycle(act, due, period)
+                due, late, took = _cycle(act, due, period)
                 now = time.perf_counter()
             if self.watched.pushed == count / FULL_SCALE:
-                found.append(1e3 * (now - sent))
+                found.append(Found(now - sent, idle, late, took))
             else:
                 self.lost += 1
-        return np.array(found)
+        return found
 
     def durations(self, act: Callable[[], None], events: int) -> np.ndarray:
         """Time that each ``act`` takes while events arrive [ms]: the share of our own code."""
@@ -157,17 +173,21 @@ class Bench:
         return until
 
 
-def _cycle(act: Callable[[], None], due: float, period: float) -> float:
-    """Act when it is due; when that is next. A loop that is late goes on from where it is."""
-    _until(due)
+def _cycle(act: Callable[[], None], due: float, period: float) -> tuple[float, float, float]:
+    """Act when it is due: when that is next, how late it was, what it took. A late loop goes on from where it is."""
+    late = _until(due)
+    start = time.perf_counter()
     act()
-    return max(due + period, time.perf_counter())
+    end = time.perf_counter()
+    return max(due + period, end), late, end - start
 
 
-def _until(moment: float) -> None:
+def _until(moment: float) -> float:
+    """Sleep until then; how much later it is [s]."""
     left = moment - time.perf_counter()
     if left > 0.0:
         time.sleep(left)
+    return max(time.perf_counter() - moment, 0.0)
 
 
 def real_time() -> int | None:
@@ -177,6 +197,11 @@ def real_time() -> int | None:
     except PermissionError:
         return None
     return PRIORITY
+
+
+def column(found: list[Found], name: str) -> np.ndarray:
+    """One of the times of every event [ms]."""
+    return 1e3 * np.array([getattr(each, name) for each in found])
 
 
 def figures(times: np.ndarray) -> dict[str, float]:
@@ -201,16 +226,20 @@ def main() -> None:
     rows: dict[str, dict[str, float]] = {}
     with Spacenavd() as daemon, open_space_nav(path=daemon.socket) as device:
         bench = Bench(daemon, device, options.seed)
-        rows["event to reading"] = figures(bench.latencies(bench.look, options.events))
-        rows["event to reference"] = figures(bench.latencies(bench.refer_at_once, options.events))
+        rows["event to reading"] = figures(column(bench.latencies(bench.look, options.events), "latency"))
+        rows["event to reference"] = figures(column(bench.latencies(bench.refer_at_once, options.events), "latency"))
         rows["of these: our reading"] = figures(bench.durations(bench.look, options.events))
         rows["of these: our reading and reference"] = figures(bench.durations(bench.refer, options.events))
         rows["of these: our reading, reference, model and torque"] = figures(
             bench.durations(bench.command, options.events)
         )
         for rate in RATES:
-            times = bench.latencies(bench.command, options.events, 1.0 / rate)
-            rows[f"event to torque at {rate:g} Hz, less the period"] = figures(times - 1e3 / rate)
+            found = bench.latencies(bench.command, options.events, 1.0 / rate)
+            less = column(found, "latency") - 1e3 / rate
+            rows[f"event to torque at {rate:g} Hz, less the period"] = figures(less)
+            rows[f"at {rate:g} Hz: the machine, an idle sleep's end"] = figures(column(found, "idle"))
+            rows[f"at {rate:g} Hz: the cycle was woken late by"] = figures(column(found, "late"))
+            rows[f"at {rate:g} Hz: the cycle took"] = figures(column(found, "took"))
         lost = bench.lost
     about = machine() | {"load_average": round(os.getloadavg()[0], 1), "real_time_priority": priority}
     write_json(options.out, {"machine": about, "lost_events": lost, "latency": rows})

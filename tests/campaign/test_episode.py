@@ -12,8 +12,9 @@ from numpy.testing import assert_array_equal
 from burnish.campaign import commanded, faults, measured, tasks
 from burnish.campaign.draw import PAIRS, draw
 from burnish.campaign.episode import run
-from burnish.campaign.fault import Fault
+from burnish.campaign.fault import INVALID, Fault
 from burnish.campaign.judge import judge, load_limits
+from burnish.sim.faulty import Garbage, Hang, Slow
 
 
 def test_episode_is_drawn_from_its_seed_and_number_alone() -> None:
@@ -93,6 +94,29 @@ def test_law_that_raises_leaves_no_cycle_without_a_torque() -> None:
     assert columns["sent"].all()
     first = int(np.argmax(columns["t"] >= 0.5))
     assert columns["held"][first]
+
+
+def test_bad_sample_that_was_lost_on_the_way_never_arrived() -> None:
+    rng = np.random.default_rng(1)
+    lost = replace(measured.lost_samples(rng, 0.3, 0.01), reading=(Slow(start=0.3, lost=4),))
+    bad = Garbage(start=0.515, end=0.525, signal="q", index=0)
+    fault = Fault(text="made", start=0.515, urgency=INVALID, reading=(bad,))
+    episode = replace(draw(0, 2, nominal=False), kinds=("a", "b"), rate=100.0, duration=1.0, task=tasks.hold)
+    log = run(replace(episode, faults=(lost, fault)))
+    # Of five samples, one a hundredth of a second, the last one arrives.
+    assert log.header["urgency"] is None
+    assert not judge(log.columns, log.header, load_limits()).late
+
+
+def test_reaction_is_counted_from_the_cycle_in_which_the_bad_sample_arrived() -> None:
+    bad = Garbage(start=0.505, end=0.6, signal="q", index=0)
+    fault = Fault(text="made", start=0.505, urgency=INVALID, reading=(bad,))
+    lost = Fault(text="made", start=0.495, reading=(Hang(start=0.495, lost=3),))
+    episode = replace(draw(0, 2, nominal=False), kinds=("a", "b"), rate=100.0, duration=1.0, task=tasks.hold)
+    log = run(replace(episode, faults=(lost, fault)))
+    verdict = judge(log.columns, log.header, load_limits())
+    assert 0.505 < log.header["fault_at"] < 0.54
+    assert (verdict.stopped_at, verdict.reaction) == (log.header["fault_at"], 0)
 
 
 def test_judge_finds_a_supervisor_that_lets_everything_through(monkeypatch: pytest.MonkeyPatch) -> None:

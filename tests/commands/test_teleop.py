@@ -474,6 +474,27 @@ def test_the_fingers_close_while_the_arm_stands(script: Path) -> None:
     assert session._view(sample.arm, "fingers", 100.0).fingers > np.rad2deg(0.5)
 
 
+def test_fingers_that_were_closed_on_something_open_as_soon_as_they_are_told_to(script: Path) -> None:
+    place, hand = virtual(script, modes="a")
+    session = teleop.Session(place=place, typed=list, seconds=None)
+    # Something holds the fingers at these angles, whatever they are told.
+    held, told = np.array([0.5, 0.62, 0.6]), list[float]()
+    stuck = Mock(fingers=Mock(return_value=held), move_fingers=lambda angles: told.append(angles[0]))
+    place.operator.panel = place.operator.panel.step((False, False)).step((True, False)).step((False, False))
+    for sample in control(place.rig, place.operator, place.law, until=lambda now: now.t > 2.5):
+        t = sample.arm.t
+        hand.axes = (0.0, 0.0, 0.0, 0.0, 0.0, 1.0 if 0.1 < t < 2.0 else -1.0 if t >= 2.0 else 0.0)
+        session._move_fingers(stuck)
+        if t < 2.0:
+            closing = told[-1]
+        elif t < 2.45:
+            opening = told[-1]
+    # Ahead of them, so that the drives press with all they have; and nothing to unwind when they shall open.
+    assert held.max() + np.deg2rad(4.0) < closing < held.max() + np.deg2rad(6.0)
+    assert opening < held.min()
+    assert told[-1] == pytest.approx(held.min() - teleop.FINGER_LEASH)
+
+
 def test_the_polishing_tool_has_no_fingers(script: Path) -> None:
     place, _ = virtual(script, mould="plate", modes="a")
     assert place.operator.panel.modes.pressed(1).mode.name == "free"

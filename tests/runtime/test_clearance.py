@@ -108,6 +108,25 @@ def test_still_arm_is_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(calls) == 1
 
 
+def test_closing_speed_is_the_rate_of_the_distance() -> None:
+    rng = np.random.default_rng(6)
+    clearance, seen = Clearance(LIMITS, near=np.inf), 0
+    for q in samples(80):
+        dq = 0.3 * rng.normal(size=6)
+        way, speed = clearance.closing(arm_at(q), dq)
+        now, then = theirs(q, MODEL), theirs(q + 0.02 * dq, MODEL)
+        if min(now, then) > 0.0:
+            assert way == pytest.approx(now - LIMITS.self_slow, abs=1e-8)
+            # The tool point is taken to go straight on: 0.02 s at a few rad/s² of turning.
+            assert speed == pytest.approx((now - then) / 0.02, abs=5e-3)
+            seen += speed > 0.01
+    assert seen > 5
+
+
+def test_far_from_itself_the_arm_closes_nothing() -> None:
+    assert Clearance(LIMITS).closing(arm_at(HOME), np.ones(6)) == (np.inf, 0.0)
+
+
 def test_arm_without_shapes_is_never_near_itself() -> None:
     assert Clearance(Limits.of(MODEL)).at(arm_at(HOME)) == np.inf
 

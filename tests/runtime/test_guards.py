@@ -546,3 +546,51 @@ def test_broken_state_before_any_other_keeps_what_was_sent_last() -> None:
     supervisor.filter(replace(arm, g=np.full(6, np.nan)), arm.g)
     sent = supervisor.filter(arm_at(T, dq=np.full(6, np.nan)), arm.g)
     assert np.isfinite(sent).all()
+
+
+# What is predicted and does not come.
+
+
+def spun(supervisor: Supervisor, speed: float, extra: float, cycles: int, start: tuple[float, float]) -> Any:
+    """Joint 5 turns evenly while the law asks for ``extra`` rad/s² more; time and position at the end."""
+    t, q5 = start
+    for _ in range(cycles):
+        t, q5 = t + T, q5 + speed * T
+        arm = arm_at(t, q=one(HOME, 4, q5), dq=one(np.zeros(6), 4, speed))
+        supervisor.filter(arm, arm.g + arm.h + arm.M @ one(np.zeros(6), 4, extra))
+    return t, q5
+
+
+BARE = Limits.of(MODEL)
+"""Joint limits alone."""
+
+
+def test_law_that_makes_up_for_friction_is_not_stopped_for_a_speed_that_never_comes() -> None:
+    supervisor = Supervisor(limits=BARE, period=T)
+    now = spun(supervisor, 0.3, 13.0, 60, (0.0, HOME[4]))
+    spun(supervisor, 0.5, 14.0, 20, now)
+    assert not supervisor.tripped
+    unaware = Supervisor(limits=BARE, period=T)
+    spun(unaware, 0.5, 14.0, 2, (0.0, HOME[4]))
+    assert "joint 5 would reach" in cause_of(unaware)
+
+
+def test_no_more_than_half_of_a_prediction_is_taken_off() -> None:
+    supervisor = Supervisor(limits=BARE, period=T)
+    now = spun(supervisor, 0.3, 13.0, 200, (0.0, HOME[4]))
+    spun(supervisor, 0.7, 13.0, 1, now)
+    assert "joint 5 would reach" in cause_of(supervisor)
+
+
+def test_what_did_not_come_in_one_direction_is_not_taken_off_in_the_other() -> None:
+    supervisor = Supervisor(limits=replace(BARE, torque_rate=1000.0), period=T)
+    now = spun(supervisor, -0.3, 13.0, 60, (0.0, HOME[4]))
+    spun(supervisor, -0.55, -13.0, 1, now)
+    assert "joint 5 would reach" in cause_of(supervisor)
+
+
+def test_after_a_pause_what_did_not_come_is_learnt_anew() -> None:
+    supervisor = Supervisor(limits=BARE)
+    t, q5 = spun(supervisor, 0.3, 13.0, 60, (0.0, HOME[4]))
+    spun(supervisor, 0.5, 13.0, 1, (t + 1.0, q5))
+    assert "joint 5 would reach" in cause_of(supervisor)

@@ -11,7 +11,7 @@ from burnish.core import Array, Dynamics, State
 from burnish.errors import InputError
 from burnish.model.model import Model
 from burnish.runtime.machine import Mode
-from burnish.runtime.supervisor import GENTLY, SHAKY, STEADY, Limits, Supervisor
+from burnish.runtime.supervisor import ABRUPT, GENTLY, SHAKY, STEADY, Limits, Supervisor
 
 MODEL = Model.jaco2()
 LIMITS = Limits.of(MODEL)
@@ -160,6 +160,18 @@ def test_joint_whose_reading_is_broken_is_left_to_its_weight_and_the_others_are_
     assert_allclose(moved[held], -(LIMITS.stiffness * off + slowed)[held], atol=1e-12)
 
 
+def test_reading_that_moves_unnoticed_in_a_hold_damps_no_harder_than_the_arm_can_have_sped_up() -> None:
+    supervisor = Supervisor(limits=LIMITS, period=0.01)
+    supervisor.filter(arm_at(), arm_at().g)
+    supervisor.filter(arm_at(t=0.01), np.full(6, np.nan))
+    # Less than what counts as a jump, and 2.8 rad/s if it were a motion.
+    step = one(np.zeros(6), 3, 0.028)
+    moved = supervisor.filter(arm_at(t=0.02, q=HOME + step), STRONG) - arm_at().g
+    assert_allclose(moved, -LIMITS.stiffness * step - LIMITS.damping * (step > 0.0) * ABRUPT * 0.01, atol=1e-12)
+    moved = supervisor.filter(arm_at(t=0.03, q=HOME + step), STRONG) - arm_at().g
+    assert_allclose(moved, -LIMITS.stiffness * step, atol=1e-12)
+
+
 def test_joint_that_has_jumped_is_believed_again_when_it_jumps_back() -> None:
     supervisor = Supervisor(limits=LIMITS)
     supervisor.filter(arm_at(), arm_at().g)
@@ -224,11 +236,20 @@ def test_torque_changes_no_faster_than_its_rate() -> None:
         assert_allclose(sent, np.minimum(STRONG, 300.0 * 0.01 * i), atol=1e-12)
 
 
-def test_clock_that_leaps_allows_no_more_than_a_usual_period_does() -> None:
+def test_late_cycle_allows_no_more_than_a_usual_one_does() -> None:
     supervisor = Supervisor(limits=LOOSE, period=0.01)
     supervisor.filter(arm_at(), np.zeros(6))
-    sent = supervisor.filter(arm_at(t=3600.0), STRONG)
+    sent = supervisor.filter(arm_at(t=0.03), STRONG)
     assert_allclose(sent, np.full(6, 300.0 * STEADY * 0.01), atol=1e-12)
+
+
+@pytest.mark.parametrize("leap", [0.06, 1.0, 3600.0])
+def test_clock_that_leaps_allows_no_more_than_the_shortest_cycle_does(leap: float) -> None:
+    supervisor = Supervisor(limits=LOOSE, period=0.01)
+    supervisor.filter(arm_at(), np.zeros(6))
+    # Whatever the clock says, the cycle may have been one of an arm with uneven periods.
+    sent = supervisor.filter(arm_at(t=leap), STRONG)
+    assert_allclose(sent, np.full(6, 300.0 * SHAKY * 0.01), atol=1e-12)
 
 
 def test_after_a_cycle_without_a_time_of_its_own_little_is_allowed() -> None:

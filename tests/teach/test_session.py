@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from teach.cells import TOOL, cell_of, dome, shown
 
+from burnish.commands.station import PRESS, bounds
 from burnish.core import Array, Dynamics, ToolReference
 from burnish.sim.robot import SimRobot
 from burnish.teach.cleanup import cleaned
@@ -18,9 +19,17 @@ from burnish.teach.judge import ReplayLog, as_cleaned, followed, seen_from
 from burnish.teach.replay import Track
 from burnish.teach.session import Key, Session
 from burnish.teach.train import Train
+from burnish.teleop.device import AT_REST, Axes, Reading
+from burnish.teleop.modes import Panel
+from burnish.teleop.modes_b import ModesB
+from burnish.teleop.reference import Operator
 from burnish.trajectory import HoldPose
 
 LONGEST = 40_000
+FAST: Axes = (0.0, 0.5, 0.0, 0.0, 0.0, 0.0)
+"""Half a deflection away from the operator."""
+RUBBING: Axes = (0.0, 0.3, -0.15, 0.0, 0.0, 0.0)
+"""Away, and down, so that the tool stays on the dome."""
 
 
 class Wave:
@@ -237,3 +246,51 @@ def test_open_loop_gives_back_the_poses_and_asks_for_no_force() -> None:
     assert max(forces) == 0.0
     assert np.sqrt(np.mean(np.square(asked))) < 5e-3
     assert robot.truth.cycle_force().max() == 0.0
+
+
+class Stick:
+    """A device that is pushed, and pulled out when somebody says so."""
+
+    def __init__(self) -> None:
+        self.axes: Axes = AT_REST
+        self.connected = True
+
+    def read(self) -> Reading:
+        return Reading(t=0.0, axes=self.axes, buttons=(), age=0.0, connected=self.connected)
+
+
+@pytest.mark.parametrize("touching", [False], ids=["free"])
+def test_a_device_that_is_pulled_out_while_recording_leaves_an_arm_at_rest_and_what_was_shown(touching: bool) -> None:
+    cell, stick = cell_of(), Stick()
+    rig, robot = cell.rig()
+    limits = rig.supervisor.limits
+    operator = Operator(
+        read=stick.read, panel=Panel(modes=ModesB(fitted=False)), bounds=bounds(limits), press=PRESS * limits.tool_force
+    )
+    session = cell.train(rig, operator, lambda: "polishing")
+    order = [Key.GO_ON, Key.RECORD]
+    touched_at = gone_at = None
+    after: list[float] = []
+    for _ in session.run():
+        if order and order[0] in session.waits_for:
+            session.press(order.pop(0))
+        if not session.phase.startswith("record"):
+            continue
+        now = session.arm().t
+        touches = session.phase == "record contact polishing"
+        if gone_at is None:
+            # Down until it is felt, then along as fast as the device asks; or along from the first cycle on.
+            stick.axes = (0.0, 0.0, -0.15, 0.0, 0.0, 0.0) if touching and touched_at is None else FAST
+            touched_at = now if touched_at is None and (touches or not touching) else touched_at
+            moves = np.abs(robot.truth_dq()).max() > 0.05
+            assert now < 60.0, "it never touched and moved at once"
+            if touched_at is not None and now > touched_at + 0.3 and touches is touching and moves:
+                stick.connected, gone_at = False, now
+        elif now > gone_at + 0.3:
+            after.append(float(np.abs(robot.truth_dq()).max()))
+            if len(after) == 100:
+                session.press(Key.STORE)
+    assert max(after) < np.deg2rad(1.0)
+    assert not rig.supervisor.tripped
+    assert session.stored is not None
+    assert session.completed

@@ -16,7 +16,7 @@ from burnish.errors import InputError
 from burnish.model.model import Model
 from burnish.rotation import exp, log
 from burnish.teleop.device import AT_REST, Axes, Reading
-from burnish.teleop.limits import Bounds
+from burnish.teleop.limits import BRAKING, OVERSHOT, Bounds, Mobility
 from burnish.teleop.modes import Mode, Panel
 from burnish.teleop.modes_a import FINGERS, FREE, ModesA
 from burnish.teleop.modes_b import BASE, MIXED, TOOL, ModesB
@@ -325,6 +325,36 @@ def test_pushing_into_the_stretched_arm_slows_down_before_the_singularity() -> N
     rows, operator = drive(-free, free, np.array([0.0, -1.0, 0.0, 0, 0, 0]), 10.0)
     assert operator.slowed.cause in ("singularity", "speed of joint 3", "speed of joint 2")
     assert (np.abs(rows[:, 6:]) < [0.63] * 3 + [0.84] * 3).all()
+
+
+def test_the_arms_own_parts_slow_the_operator_down_and_let_him_go() -> None:
+    left = 0.02
+    # Along x the way to itself is closed as fast as the tool moves.
+    desk = ready(clearance=lambda arm, dq: (left, float(arm.J[0] @ dq)))
+    assert desk.push(AXES[0], 1.0).v[0] == pytest.approx(left / BRAKING, rel=0.05)
+    assert desk.operator.slowed.cause == "the arm itself"
+    assert desk.push(-AXES[0], 1.0).v[0] == pytest.approx(-desk.operator.pace.linear, rel=0.01)
+    left = 0.0
+    assert desk.push(AXES[0], 1.0).v[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_no_joint_of_the_reference_is_faster_than_its_share_between_two_twists() -> None:
+    rng = np.random.default_rng(3)
+    speed = np.array([0.63] * 3 + [0.84] * 3)
+    desk = ready(bounds=Bounds(lower=NONE.lower, upper=NONE.upper, speed=speed))
+    for _ in range(30):
+        desk.push(rng.uniform(-1.0, 1.0, 6), 0.1, follow=False)
+    found = [np.abs(Mobility(desk.arm.J).joint_speeds(r.v)) / speed for r in desk.references]
+    assert 0.6 < np.max(found) <= OVERSHOT + 1e-9
+
+
+def test_a_clock_that_is_no_number_does_not_stop_the_operator_for_good() -> None:
+    desk = ready()
+    t = desk.arm.t
+    desk.arm = replace(desk.arm, t=np.nan)
+    desk.push(AXES[0], DT)
+    desk.arm = replace(desk.arm, t=t + DT)
+    assert desk.push(AXES[0], 0.5).v[0] == pytest.approx(desk.operator.pace.linear)
 
 
 @pytest.mark.parametrize("bad", [{"R_base_operator": 2.0 * np.eye(3)}, {"R_base_operator": -np.eye(3)}])

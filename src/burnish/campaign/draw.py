@@ -66,9 +66,9 @@ class Episode:
         return min((fault.start for fault in self.faults), default=None)
 
     @property
-    def urgent(self) -> Fault | None:
-        """The first fault that must stop the arm."""
-        return min((f for f in self.faults if f.urgency is not None), key=lambda fault: fault.start, default=None)
+    def urgent(self) -> tuple[Fault, ...]:
+        """The faults that must stop the arm once they reach the controller."""
+        return tuple(fault for fault in self.faults if fault.urgency is not None)
 
 
 def draw(seed: int, number: int, *, nominal: bool) -> Episode:

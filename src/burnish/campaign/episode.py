@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from math import inf
@@ -13,7 +13,7 @@ from typing_extensions import Self
 
 from burnish.campaign import tasks
 from burnish.campaign.draw import Episode
-from burnish.campaign.fault import FaultyLaw
+from burnish.campaign.fault import Fault, FaultyLaw
 from burnish.campaign.tasks import Setting, Task
 from burnish.control.wrench import WristSense
 from burnish.core import Array, Command, Sample, State, Torque
@@ -66,8 +66,7 @@ def run(episode: Episode) -> Log:
     model = _model(sum(fault.believed_payload for fault in episode.faults))
     rig = Rig(robot, model, supervisor, WristSense(mass=tool.mass, com=tool.com, offset=tool.length))
     trouble = _drive(episode, task, rig, witness)
-    event = supervisor.event
-    urgent = episode.urgent
+    event, urgent = supervisor.event, witness.urgent
     header = {
         "seed": episode.seed,
         "episode": episode.number,
@@ -75,8 +74,8 @@ def run(episode: Episode) -> Log:
         "fault": episode.name,
         "text": "; ".join(fault.text for fault in episode.faults),
         "rate": episode.rate,
-        "fault_at": episode.fault_at if urgent is None else urgent.start,
-        "urgency": None if urgent is None else urgent.urgency,
+        "fault_at": episode.fault_at if urgent is None else urgent[0],
+        "urgency": None if urgent is None else urgent[1].urgency,
         "mode": supervisor.mode.value,
         "cause": None if event is None else event.cause,
         "trouble": trouble,
@@ -102,7 +101,7 @@ def _drive(episode: Episode, task: Task, rig: Rig, witness: Witness) -> str | No
                 # The loop has sent what holds the arm before it let this through.
                 cycles = _made_safe(rig)
             assert rig.state is not None
-            witness.note(supervisor.tripped, rig.state.t)
+            witness.note(supervisor.tripped, rig.state.t, episode.urgent)
             if supervisor.tripped and end == episode.duration:
                 end = max(end, witness.time + episode.after + 0.01)
     return trouble
@@ -131,6 +130,8 @@ class Witness:
     """A simulated arm with somebody who writes down what really happens to it."""
 
     robot: SimRobot
+    urgent: tuple[float, Fault] | None = field(default=None, init=False)
+    """The first fault that must stop the arm of those that reached the controller, and the time of that cycle [s]."""
     _rows: list[tuple[float, float, list[float], list[float]]] = field(default_factory=list, init=False)
     """Time, largest contact force, q and dq of each measurement."""
     _sent: dict[int, list[float]] = field(default_factory=dict, init=False)
@@ -166,10 +167,15 @@ class Witness:
         self._sent[len(self._rows) - 1] = command.tau.tolist()
         return self.robot.write(command)
 
-    def note(self, held: bool, told: float) -> None:
-        """Write down what the supervisor said in this cycle, and the time stamp that the controller was given."""
+    def note(self, held: bool, told: float, urgent: Sequence[Fault]) -> None:
+        """Write down what the supervisor said in this cycle, and the time stamp that the controller was given.
+
+        ``urgent`` are the faults of which one may have been in it.
+        """
         self._held[len(self._rows) - 1] = held
         self._told[len(self._rows) - 1] = told
+        if self.urgent is None:
+            self.urgent = next(((self.time, fault) for fault in urgent if fault.reaches(told)), None)
 
     def columns(self) -> dict[str, Array]:
         """The log; see `burnish.campaign.judge`."""

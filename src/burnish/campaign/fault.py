@@ -45,6 +45,13 @@ class Fault:
     near_limit: bool = False
     """Whether the arm starts near a joint limit."""
 
+    def reaches(self, told: float) -> bool:
+        """Whether the controller's last cycle, in which it was told this time [s], had the fault in it.
+
+        A reading that was lost on the way brings nobody its fault.
+        """
+        return any(spell.on for spell in self.reading) if self.reading else told >= self.start
+
 
 @dataclass(kw_only=True)
 class FaultyLaw:

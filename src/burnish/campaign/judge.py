@@ -16,8 +16,9 @@ controller was told:
     energy     kinetic energy by the nominal model
 
 ``p``, ``weight`` and ``energy`` may be NaN in rows that were left out to save time. The header has ``fault_at``, the
-time from which a fault could reach the controller, or null, and ``urgency``: ``invalid``, ``stale``, ``frozen`` (one
-joint is stale), or null for a fault that a supervisor need not notice.
+time of the cycle in which a fault that must be noticed first reached the controller (a bad sample that was lost on the
+way never did), else the time from which any fault could, or null; and ``urgency``: ``invalid``, ``stale``, ``frozen``
+(one joint is stale), or null where nothing came that a supervisor need notice.
 """
 
 from __future__ import annotations

@@ -9,6 +9,9 @@ import numpy as np
 
 from burnish.core import Array, Dynamics, ToolReference
 from burnish.rotation import exp, log
+from burnish.runtime.clearance import Clearance
+from burnish.runtime.operating import watched
+from burnish.teleop.limits import before_end
 
 LINEAR, ANGULAR = 0.10, 0.35
 """Largest speeds that are asked for [m/s, rad/s]."""
@@ -30,6 +33,7 @@ class OperatorTwist:
     """Of the hand."""
     joint_speed: Array = field(default_factory=lambda: np.radians(np.repeat([36.0, 48.0], 3)))
     """Largest joint speeds [rad/s], (6,)."""
+    _clearance: Clearance = field(default_factory=watched, init=False, repr=False)
     _p: Array = field(default_factory=lambda: np.zeros(3), init=False, repr=False)
     _R: Array = field(default_factory=lambda: np.eye(3), init=False, repr=False)
     _twist: Array = field(default_factory=lambda: np.zeros((3, 6)), init=False, repr=False)
@@ -74,10 +78,12 @@ class OperatorTwist:
         return np.concatenate([linear, angular])
 
     def _slower(self, arm: Dynamics) -> float:
-        """Share of the twist that the joints can follow."""
+        """Share of the twist that the joints can follow, and that brings the arm to rest before it is near itself."""
         J = arm.J
         dq = J.T @ np.linalg.solve(J @ J.T + 1e-4 * np.eye(6), self._twist[2])
-        return float(min(1.0, SHARE / max(1e-9, float(np.max(np.abs(dq) / self.joint_speed)))))
+        share = min(1.0, SHARE / max(1e-9, float(np.max(np.abs(dq) / self.joint_speed))))
+        way, speed = self._clearance.closing(arm, share * dq)
+        return share * before_end(way, speed, "the arm itself").share
 
     @staticmethod
     def _leashed(arm: Dynamics, p: Array, R: Array) -> tuple[Array, Array]:

@@ -20,9 +20,9 @@ from burnish.errors import InputError
 from burnish.runtime.limits import Limits
 
 PACKAGE = Path(__file__).parent.parent
-DECIDES = ("campaign", "control", "model", "polish", "runtime", "sim", "surface", "trajectory", "assets")
+DECIDES = ("campaign", "control", "model", "polish", "runtime", "sim", "surface", "teleop", "trajectory", "assets")
 """Folders of the package on which the result of an episode depends."""
-PACKAGES = ("burnish", "mujoco", "pin", "numpy", "scipy")
+PACKAGES = ("burnish", "mujoco", "pin", "numpy", "scipy", "ruckig")
 
 
 @dataclass(frozen=True, kw_only=True)

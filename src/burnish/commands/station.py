@@ -1,4 +1,4 @@
-"""The operator's place at a simulated arm: the arm in real time, a law that follows poses, a device, its modes."""
+"""The operator's place at an arm: a simulated one in real time or a real one, a law, a device, its modes."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from burnish.commands.order import ARMS
+from burnish.commands.real_arm import RealArm, confirmed, found
 from burnish.commands.work import model_hash, versions
 from burnish.control import OperationalSpace
 from burnish.core import Controller
@@ -26,6 +27,7 @@ from burnish.record.described import described, fingerprint
 from burnish.runtime.guards import allowed_speed
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
+from burnish.runtime.machine import Mode
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim.arms import Arm
 from burnish.sim.hand import Hand
@@ -42,6 +44,8 @@ from burnish.teleop.modes_b import ModesB
 from burnish.teleop.reference import Operator, Pace
 from burnish.teleop.shaped import Shaped
 
+JACO2 = "jaco2"
+"""The word for the real arm."""
 PRESS = 0.7
 """Share of the force that stops the arm up to which an operator may press."""
 
@@ -68,9 +72,9 @@ class Station:
     title: str
     """Arm, rate and law, for people."""
     rig: Rig
-    """The arm that keeps to the wall's clock, its model and its supervisor."""
-    robot: Paced
-    """That arm."""
+    """The arm, its model and its supervisor."""
+    robot: Paced | RealArm
+    """That arm: a simulated one that keeps to the wall's clock, or a real one."""
     law: Controller[Any]
     """What follows the operator."""
     operator: Operator
@@ -82,21 +86,60 @@ class Station:
     metadata: dict[str, str]
     """For the recording."""
 
+    @property
+    def simulated(self) -> SimRobot | None:
+        """The simulated arm; None for a real one, which has no viewer, and no way back after a stop but a new start."""
+        return self.robot.robot if isinstance(self.robot, Paced) else None
+
 
 def station(options: argparse.Namespace) -> Station:
     """What the options of ``burnish teleop`` ask for; the device is opened and has to be left.
 
     Raises:
-        InputError: if an option cannot be used.
-        HardwareError: if the device is not there.
+        InputError: if an option cannot be used, or a real arm was not confirmed.
+        HardwareError: if the device, or a real arm, is not there.
     """
     rate = _checked(options)
+    rig, robot, arm, about = _real(options) if options.robot == JACO2 else _simulated(options, rate)
+    law, supervisor = LAWS[options.law](arm), rig.supervisor
+    limits, shared = supervisor.limits, options.near_people or options.robot == JACO2
+    fingers = isinstance(robot, Paced) and options.mould is None
+    device = open_device(options.device, time.monotonic if options.device in WORDS else _clock_of(robot))
+    operator = Operator(
+        read=Shaped(device=device).read,
+        panel=Panel(modes=replace(MODES[options.modes], fitted=fingers), deadman=options.deadman),
+        bounds=bounds(limits),
+        pace=Pace.near_people() if shared else Pace(),
+        press=PRESS * limits.tool_force,
+        taken=lambda: supervisor.mode is not Mode.TORQUE,
+        allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
+    )
+    recorded = ("robot", "arm", "modes", "law", "seed", "mould", "device", "near_people", "deadman")
+    return Station(
+        title=f"{about} at {rate:g} Hz, {options.law}",
+        rig=rig,
+        robot=robot,
+        law=law,
+        operator=operator,
+        device=device,
+        fingers=fingers,
+        metadata={"verb": "teleop", "rate": str(rate)}
+        | {name: str(getattr(options, name)) for name in recorded}
+        | {"operated": about, "operated_with": device.name}
+        | {"python": platform.python_version(), "model_sha256": model_hash()}
+        | versions()
+        | {"law_gains": described(law), "pace": described(operator.pace), "leash": described(operator.leash)}
+        | {"limits": described(limits), "limits_sha256": fingerprint(limits)},
+    )
+
+
+def _simulated(options: argparse.Namespace, rate: float) -> tuple[Rig, Paced | RealArm, Arm, str]:
+    """A simulated arm that keeps to the wall's clock, its nominal figures, and its name for people."""
     arm = ARMS[options.arm](options.seed)
     limits = Limits.jaco2() if options.near_people else unshared(Limits.jaco2())
     if options.mould is None:
-        model = Model.jaco2().with_armature(arm.armature)
         robot = SimRobot(HOME, rate=rate, plant=arm.plant, hand=Hand())
-        rig = Rig(robot, model, Supervisor(limits=limits, period=1.0 / rate))
+        rig = Rig(robot, _model(arm), Supervisor(limits=limits, period=1.0 / rate))
     else:
         mould, tool = Mould.load(options.mould, options.unit), PolishingTool()
         check_size(mould, tool)
@@ -105,35 +148,31 @@ def station(options: argparse.Namespace) -> Station:
         rig, robot = simulated_rig(arm, workpiece, rate=rate, felt=WristFelt(), tool=tool)
         rig.supervisor = Supervisor(limits=limits, period=1.0 / rate)
     rig.robot = paced = Paced(robot)
-    law = LAWS[options.law](arm)
-    # A file is played by the clock of the simulation, so that it comes out the same on a machine that is busy.
-    clock = time.monotonic if options.device in WORDS else lambda: robot.time
-    device = open_device(options.device, clock)
-    operator = Operator(
-        read=Shaped(device=device).read,
-        panel=Panel(modes=replace(MODES[options.modes], fitted=options.mould is None), deadman=options.deadman),
-        bounds=bounds(limits),
-        pace=Pace.near_people() if options.near_people else Pace(),
-        press=PRESS * limits.tool_force,
-        taken=lambda: rig.supervisor.tripped,
-        allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
-    )
-    recorded = ("arm", "modes", "law", "seed", "mould", "device", "near_people", "deadman")
-    return Station(
-        title=f"simulated {options.arm} arm at {rate:g} Hz, {options.law}",
-        rig=rig,
-        robot=paced,
-        law=law,
-        operator=operator,
-        device=device,
-        fingers=options.mould is None,
-        metadata={"verb": "teleop", "rate": str(rate)}
-        | {name: str(getattr(options, name)) for name in recorded}
-        | {"operated_with": device.name, "python": platform.python_version(), "model_sha256": model_hash()}
-        | versions()
-        | {"law_gains": described(law), "pace": described(operator.pace), "leash": described(operator.leash)}
-        | {"limits": described(limits), "limits_sha256": fingerprint(limits)},
-    )
+    return rig, paced, arm, f"simulated {options.arm} arm"
+
+
+def _real(options: argparse.Namespace) -> tuple[Rig, Paced | RealArm, Arm, str]:
+    """The real arm, once somebody has confirmed it, and the nominal figures of the honest one.
+
+    Somebody stands beside it, so the limits are those with people near by.
+    """
+    arm, device = ARMS["honest"](0), found(options.serial, options.lib)
+    confirmed(device)
+    model, supervisor = _model(arm), Supervisor(limits=Limits.jaco2(), period=RealArm.period, start=Mode.IDLE)
+    robot = RealArm(device, model, supervisor, options.lib)
+    return Rig(robot, model, supervisor), robot, arm, f"real arm {device.serial}"
+
+
+def _clock_of(robot: Paced | RealArm) -> Callable[[], float]:
+    """What a file is played by: the clock of the simulation, so that it comes out the same on a busy machine."""
+    if isinstance(robot, RealArm):
+        return time.monotonic
+    simulated = robot.robot
+    return lambda: simulated.time
+
+
+def _model(arm: Arm) -> Model:
+    return Model.jaco2().with_armature(arm.armature)
 
 
 def unshared(limits: Limits) -> Limits:
@@ -160,7 +199,19 @@ def _checked(options: argparse.Namespace) -> float:
         raise InputError(f"--deadman {options.deadman} is a button of the modes or none; expected {least} to 32")
     if options.device not in WORDS and not Path(options.device).is_file():
         raise InputError(f"--device {options.device}: no such device or file; expected {', '.join(WORDS)}, or a file")
+    _check_robot(options)
+    if options.robot == JACO2:
+        return 1.0 / RealArm.period
     rate = ARMS[options.arm](options.seed).rate if options.rate is None else options.rate
     if not 50.0 <= rate <= 1000.0:
         raise InputError(f"--rate {rate:g} Hz is out of range; expected 50 to 1000 Hz")
     return float(rate)
+
+
+def _check_robot(options: argparse.Namespace) -> None:
+    """Refuse the options that mean nothing to the robot that was chosen."""
+    of_simulation = {"arm": "honest", "mould": None, "rate": None, "seed": 0, "view": False}
+    idle = of_simulation if options.robot == JACO2 else {"serial": None, "lib": None}
+    for name, default in idle.items():
+        if getattr(options, name) != default:
+            raise InputError(f"--{name} means nothing to --robot {options.robot}; leave it out")

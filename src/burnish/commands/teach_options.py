@@ -7,8 +7,8 @@ import argparse
 from burnish.commands.options import MOULDS
 
 ENDINGS = (
-    "Exit status: 0 done; 2 refused; 3 the supervisor stopped the arm; 130 interrupted or the terminal was closed. The "
-    "arm is brought to rest and the recording kept in every case."
+    "The arm is simulated. Exit status: 0 done; 2 refused; 3 the supervisor stopped the arm; 130 interrupted or the "
+    "terminal was closed. The arm is brought to rest and the recording kept in every case."
 )
 
 

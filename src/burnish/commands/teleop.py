@@ -20,10 +20,13 @@ from burnish.commands.signals import ended_by_signals
 from burnish.commands.station import Station, station
 from burnish.control.wrench import NoSense
 from burnish.core import Dynamics, Sample, State
+from burnish.errors import HardwareError
+from burnish.model.tool import PolishingTool
 from burnish.record.recorder import Recorder
 from burnish.rotation import euler_xyz
 from burnish.runtime.loop import control
 from burnish.runtime.machine import Mode
+from burnish.sim.robot import SimRobot
 from burnish.sim.window import Window
 from burnish.teleop.keyboard import Keyboard
 from burnish.teleop.modes import Frame
@@ -40,7 +43,9 @@ AT_REST = np.deg2rad(1.0)
 STANDING, PATIENCE = 0.1, 2.0
 """How long it has to be at rest before the program ends, and when it ends anyway [s]."""
 HELD = 1.0
-"""How long a stopped arm is held where nobody can acknowledge it [s]."""
+"""How long a stopped arm is held where nobody can acknowledge it, or it has a position mode [s]."""
+FINGER_LEASH = np.deg2rad(5.0)
+"""How far ahead of the fingers their reference may get [rad]: enough for the drives to grip with all that they have."""
 SIGNALS = {
     signal.SIGINT: "interrupted",
     signal.SIGTERM: "interrupted: the program was told to end",
@@ -55,7 +60,8 @@ def run(options: argparse.Namespace) -> int:
     with ExitStack() as stack:
         # Left in the opposite order: the arm first, the device last.
         stack.enter_context(place.device)
-        window = Window(place.robot.robot) if options.view else None
+        tool = None if options.mould is None else PolishingTool()
+        window = Window(place.simulated, tool) if options.view and place.simulated else None
         folder.mkdir(parents=True, exist_ok=True)
         typed = stack.enter_context(typed_keys(place.device))
         session = Session(place=place, typed=typed, seconds=options.seconds)
@@ -72,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
         _say(session, folder)
     if session.ending in INTERRUPTIONS:
         return INTERRUPTED
-    return STOPPED if place.rig.supervisor.tripped else FINISHED
+    return STOPPED if place.rig.supervisor.tripped or session.failure else FINISHED
 
 
 MOVING = {"arrows, page up and down": "move", "i k u o j l": "turn", "+ -": "faster, slower", "1 2 3 4": "buttons"}
@@ -99,6 +105,8 @@ class Session:
     """The engine's viewer."""
     ending: str = field(default="", init=False)
     """Why it ends; empty while it goes on."""
+    failure: str = field(default="", init=False)
+    """What the arm failed with; empty while it does not."""
     cycles: int = field(default=0, init=False)
     """So far."""
     duration: float = field(default=0.0, init=False)
@@ -120,12 +128,18 @@ class Session:
         rig, operator = self.place.rig, self.place.operator
         if not isinstance(rig.sense, NoSense):
             self._tare()
-        for sample in control(rig, operator, self.place.law, until=self._over):
-            self._after(sample, operator.panel.modes.mode.name)
+        try:
+            for sample in control(rig, operator, self.place.law, until=self._over):
+                self._after(sample, operator.panel.modes.mode.name)
+        except HardwareError as error:
+            # Of a real arm, which the driver has sent to its position mode by now.
+            self.failure = str(error)
         self.recorder.end_with(outcome=self.outcome())
 
     def outcome(self) -> str:
         """How it ended, in words."""
+        if self.failure:
+            return f"stopped: {self.failure}"
         event = self.place.rig.supervisor.event
         return self.ending if event is None else f"{self.ending}; stopped by the supervisor: {event.cause}"
 
@@ -168,8 +182,8 @@ class Session:
         arm = sample.arm
         self.cycles, self.duration = self.cycles + 1, arm.t
         self.recorder.record(sample, phase)
-        if self.place.fingers:
-            self.place.robot.robot.move_fingers(np.full(3, self.place.operator.fingers))
+        if self.place.fingers and self.place.simulated is not None:
+            self._move_fingers(self.place.simulated)
         for key in self.typed() if self.typed else ():
             self._take(key)
         self._look_for_an_end(arm)
@@ -181,11 +195,25 @@ class Session:
             self.screen.show(self._view(arm, phase, (self.cycles - cycles) / (now - since) if since > 0.0 else 0.0))
             self._shown = (now, self.cycles)
 
+    def _move_fingers(self, robot: SimRobot) -> None:
+        """Send them where the operator wants them, which is no further than they can follow: they open at once."""
+        operator, measured = self.place.operator, robot.fingers()
+        low, high = float(measured.min()) - FINGER_LEASH, float(measured.max()) + FINGER_LEASH
+        operator.fingers = min(max(operator.fingers, low), high)
+        robot.move_fingers(np.full(3, operator.fingers))
+
+    @property
+    def _can_go_on(self) -> bool:
+        """Whether a stopped arm can be acknowledged; a real one is left to its position mode, and armed anew."""
+        return self.typed is not None and self.place.simulated is not None
+
     def _take(self, key: str) -> None:
         """A key for the program."""
         supervisor = self.place.rig.supervisor
         if key == QUIT:
             self.end(DONE)
+        elif not self._can_go_on:
+            return
         elif key == ACKNOWLEDGE and supervisor.tripped:
             self._note = supervisor.acknowledge() or "acknowledged: let go of the device, then go on"
         elif key == RESET and supervisor.mode is Mode.FAULT and supervisor.event is not None:
@@ -201,7 +229,7 @@ class Session:
             self.end(DONE)
         if not self.place.operator.reading.connected:
             self.end(DONE if isinstance(device, Scripted) else GONE)
-        if event is not None and self.typed is None and arm.t - event.t > HELD:
+        if event is not None and not self._can_go_on and arm.t - event.t > HELD:
             self.end(DONE)
 
     def _view(self, arm: Dynamics, phase: str, rate: float) -> View:
@@ -211,7 +239,7 @@ class Session:
         panel, mode, reading, slowed = operator.panel, operator.panel.modes.mode, operator.reading, operator.slowed
         deadman = "" if panel.deadman is None else f"button {panel.deadman} {'' if panel.live else 'not '}held"
         keys = {QUIT: "quit"} | (MOVING if isinstance(place.device, Keyboard) else {})
-        if supervisor.tripped:
+        if supervisor.tripped and self._can_go_on:
             keys |= {RESET: "reset"} if supervisor.mode is Mode.FAULT else {ACKNOWLEDGE: "acknowledge"}
         held = {str(panel.deadman): "hold to move"} if panel.deadman is not None else {}
         return View(

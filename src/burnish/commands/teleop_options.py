@@ -11,7 +11,24 @@ def add_teleop(parser: argparse.ArgumentParser) -> None:
     """The options of ``burnish teleop``."""
     parser.epilog = (
         "Exit status: 0 done; 2 refused; 3 the supervisor stopped the arm; 130 interrupted, the terminal was closed or "
-        "the device went away. The arm is brought to rest and the recording kept in every case."
+        "the device went away. The arm is brought to rest and the recording kept in every case. A real arm moves only "
+        "after somebody at the terminal has typed the end of its serial number; once the supervisor has stopped it, it "
+        "holds by its position mode, and the program ends."
+    )
+    parser.add_argument(
+        "--robot",
+        default="simulated",
+        choices=("simulated", "jaco2"),
+        help="jaco2: the real arm through Kinova's library, always as with --near-people, without --arm, --mould, "
+        "--rate, --seed and --view (default: simulated)",
+    )
+    parser.add_argument(
+        "--serial", metavar="S", help="serial number of the real arm (default: the only one that is connected)"
+    )
+    parser.add_argument(
+        "--lib",
+        metavar="FILE.so",
+        help="Kinova's command layer (default: BURNISH_KINOVA_LIB, or where its installer puts it)",
     )
     parser.add_argument(
         "--device",

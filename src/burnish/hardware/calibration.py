@@ -32,8 +32,6 @@ READ_AS_ZERO = 0.3
 """What a zeroed sensor may read beside the model [N·m]."""
 READ_AS_POSE = np.deg2rad(0.5)
 AVERAGED = 20
-FINGERS_CLOSED = np.deg2rad(80.0)
-"""Finger joints when closed [rad]; open is 0."""
 
 
 def zero_torques(zero: Callable[[], None], model: Model, measure: Callable[[], State]) -> None:

@@ -17,6 +17,7 @@ from burnish.hardware.kinova_types import ControlMode
 from burnish.hardware.link import Link
 from burnish.hardware.network import Network
 from burnish.hardware.torque_mode import ModeError, TorqueEntry, TorqueSetup, to_position_mode
+from burnish.model.jaco2_parts import FINGERS_CLOSED
 from burnish.model.model import Model
 
 MODE_CHECKED = 5
@@ -99,7 +100,7 @@ class Jaco2(Arm):
     def move_fingers(self, angles: ArrayLike) -> None:
         """Send the finger joints to these angles [rad], (3,), 0 to 1.396; does not wait."""
         self._need_position_mode("move_fingers")
-        self._kinova.send_fingers(np.clip(angles, 0.0, calibration.FINGERS_CLOSED))
+        self._kinova.send_fingers(np.clip(angles, 0.0, FINGERS_CLOSED))
 
     def zero_torques(self) -> None:
         """Take the torques that the sensors read now for zero: only in a pose in which gravity turns no joint.

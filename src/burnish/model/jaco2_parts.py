@@ -23,6 +23,8 @@ from burnish.model.inertia import Body, combine, hoop, solid_cylinder
 LARGE, SMALL = (0.0745, 0.060), (0.058, 0.055)
 """Diameter and length of the actuators K-75+ (joints 1–3) and K-58 (joints 4–6) [m]; data sheet. Solid and uniform, and
 centred on its joint: both are assumptions."""
+FINGERS_CLOSED = float(np.deg2rad(80.0))
+"""Finger joints when closed [rad]: 6800 of the vendor's units; open is 0."""
 
 
 def jaco2_links() -> tuple[Body, ...]:

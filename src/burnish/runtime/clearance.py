@@ -12,18 +12,28 @@ from typing import TypeAlias
 
 import numpy as np
 
-from burnish.core import Dynamics
+from burnish.core import Array, Dynamics
 from burnish.runtime.limits import Limits
 
 Point: TypeAlias = list[float]
 
 
+AHEAD = 0.02
+"""Time by which a motion is looked ahead [s]: short against the way to any turn of it."""
+
+
 class Clearance:
     """The least distance of the pairs of capsules of `Limits`."""
 
-    def __init__(self, limits: Limits) -> None:
-        """Nothing is known until the first look; without pairs nothing is ever near."""
-        self._near = limits.self_slow
+    def __init__(self, limits: Limits, near: float | None = None) -> None:
+        """Nothing is known until the first look; without pairs nothing is ever near.
+
+        Args:
+            limits: what the arm consists of, and how near is too near.
+            near: distance from which on it matters [m]; `Limits.self_slow` without it.
+        """
+        self._near = limits.self_slow if near is None else near
+        self._slow = limits.self_slow
         self._carrier = limits.capsules[:, 0].astype(int).tolist()
         self._ends = limits.capsules[:, 1:7].reshape(-1, 2, 3)
         self._radius = limits.capsules[:, 7].tolist()
@@ -53,9 +63,26 @@ class Clearance:
         self._left = distance - self._near
         return distance
 
+    def closing(self, arm: Dynamics, dq: Array) -> tuple[float, float]:
+        """The way to where the arm is braked for being near itself [m], and how fast ``dq``, (n,), closes it [m/s].
+
+        Far from there it is inf, and 0.
+        """
+        distance = self.at(arm)
+        if not distance < self._near:
+            return inf, 0.0
+        then, _ = self._measured(arm.q + AHEAD * dq, arm.p + AHEAD * arm.J[:3].dot(dq))
+        return distance - self._slow, (distance - then) / AHEAD
+
     def measure(self, arm: Dynamics) -> float:
         """The distance as it is [m]."""
-        q = arm.q[:, None, None]
+        distance, length = self._measured(arm.q, arm.p)
+        self._reach = self._reaches(length)
+        return distance
+
+    def _measured(self, joints: Array, tip: Array) -> tuple[float, float]:
+        """The distance at joint positions [rad] and the tool point there, and the length of the last capsule [m]."""
+        q = joints[:, None, None]
         # Each joint turns all that is beyond it about its axis at q = 0: x ↦ foot + E (x − foot), the last one first.
         E = np.eye(3) + np.sin(q) * self._K + (1.0 - np.cos(q)) * self._K2
         shift = self._foot - (E @ self._foot[:, :, None])[:, :, 0]
@@ -65,13 +92,11 @@ class Clearance:
             R.append(R[-1].dot(turn))
         placed = self._ends @ np.array(R)[self._carrier].transpose(0, 2, 1) + np.array(p)[self._carrier][:, None]
         ends = placed.tolist()
-        start, tool = ends[-1][0], arm.p.tolist()
-        ends[-1][1] = tool
-        self._reach = self._reaches(dist(start, tool))
+        ends[-1][1] = tip.tolist()
         least: float = min(
             segment_distance(*ends[a], *ends[b]) - self._radius[a] - self._radius[b] for a, b in self._pairs
         )
-        return least
+        return least, dist(*ends[-1])
 
     def _reaches(self, tool: float) -> list[float]:
         """Furthest that a part beyond each joint can be from that joint's axis [m], by the way along the arm.

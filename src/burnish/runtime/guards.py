@@ -41,6 +41,9 @@ NEARLY = 0.9
 """Share of the allowed tool speed from which the tool is braked."""
 LONGEST = 0.05
 """Longest period that is looked ahead [s]: after a pause the next cycle is a usual one again."""
+UNSEEN, UNSEEN_MOST = 0.3, 0.5
+"""Time in which is learnt what of a predicted acceleration does not come, friction above all [s], and the largest share
+of a prediction that is taken off for it: in the one direction only, and never so much that a torque counts as none."""
 AHEAD = 2.0
 """Cycles by which a joint's speed is predicted: a command that is sent now is felt one or two cycles later."""
 
@@ -67,6 +70,10 @@ class Guards:
     _repeats: list[int] = field(default_factory=list, init=False, repr=False)
     _lies: list[int] = field(default_factory=list, init=False, repr=False)
     _broken: int = field(default=0, init=False, repr=False)
+    _unseen: list[float] = field(default_factory=list, init=False, repr=False)
+    """Predicted less found accelerations of the joints, smoothed [rad/s²]."""
+    _expected: tuple[float, list[float], list[float]] = field(default=(-inf, [], []), init=False, repr=False)
+    """Time, joint speeds and predicted accelerations of the last command."""
     _late: deque[bool] = field(default_factory=lambda: deque(maxlen=100), init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -79,6 +86,7 @@ class Guards:
         self._speed = limits.speed.tolist()
         self._still = np.zeros(len(low)).tolist()
         self._never = self._lies = self._repeats = [0] * len(low)
+        self._unseen = self._still
         # Whatever the arm weighs, it is no more than all of what it meets.
         light = limits.impact_force / sqrt(limits.impact_stiffness * limits.impact_mass)
         self._surely = NEARLY * min(limits.free_speed, light, limits.tool_speed)
@@ -126,7 +134,8 @@ class Guards:
     def ahead(self, arm: Dynamics, sent: Array, period: float) -> Cause | None:
         """Whether a joint would be too fast by the time when this torque can have been taken back.
 
-        That is two cycles, and then half of the time in which the rate clamp can undo what accelerates the joint.
+        That is two cycles, and then half of the time in which the rate clamp can undo what accelerates the joint. What
+        did not come of the accelerations before is taken off: a law that makes up for friction speeds up no joint.
         """
         free = sent - arm.h - arm.g
         if arm.F is not None:
@@ -135,13 +144,32 @@ class Guards:
         if info != 0:
             return Cause("the mass matrix of the model is not positive definite", fault=True)
         horizon, undo = AHEAD * min(period, LONGEST), 0.5 * MODEL_ERROR / self.limits.torque_rate
-        rows = zip(ddq.tolist(), arm.dq.tolist(), arm.M.diagonal().tolist(), self._speed, strict=True)
-        for i, (ddq_i, now, inertia, limit) in enumerate(rows):
+        speeds, expected = arm.dq.tolist(), ddq.tolist()
+        self._learn(arm.t, speeds, expected)
+        rows = zip(expected, self._unseen, speeds, arm.M.diagonal().tolist(), self._speed, strict=True)
+        for i, (ddq_i, unseen, now, inertia, limit) in enumerate(rows):
+            if unseen * ddq_i > 0.0:
+                most = UNSEEN_MOST * ddq_i
+                ddq_i -= unseen if abs(unseen) < abs(most) else most
             then = now + MODEL_ERROR * ddq_i * (horizon + undo * inertia * abs(ddq_i))
             # What brakes a joint that is too fast is let through.
             if not (-limit <= then <= limit or abs(then) <= abs(now)):
                 return Cause(f"joint {i + 1} would reach {abs(then):.2f} rad/s; the limit is {limit:.2f} rad/s")
         return None
+
+    def _learn(self, t: float, dq: list[float], ddq: list[float]) -> None:
+        """What of the accelerations that were predicted a cycle ago did not come."""
+        before, dq_before, ddq_before = self._expected
+        self._expected = t, dq, ddq
+        dt = t - before
+        if not 0.0 < dt <= LONGEST:
+            self._unseen = self._still
+            return
+        share = dt / UNSEEN
+        rows = zip(self._unseen, dq, dq_before, ddq_before, strict=True)
+        self._unseen = [
+            unseen + share * (ddq_then - (now - then) / dt - unseen) for unseen, now, then, ddq_then in rows
+        ]
 
     def _finite(self, arm: Dynamics) -> Cause | None:
         self._broken += 1

@@ -19,7 +19,12 @@ SHORTEST, LONGEST = 1e-4, 0.5
 """Shortest and longest time between two readings that is believed in a hold [s]."""
 STEADY, SHAKY = 0.95, 0.4
 """Share of the nominal period that the rate clamp goes by at most: a period may be that short, and a clock may lie; and
-after a cycle without a time of its own."""
+after a cycle without a time of its own, or where the clock leaps: of such a cycle nobody knows how long it was."""
+LEAP = 0.05
+"""Time between two readings from which the clock counts as leaping [s]; never less than two periods."""
+ABRUPT = 30.0
+"""Acceleration up to which a joint's speed is believed in a hold [rad/s²]; more is a reading that has moved, not the
+arm. The largest deviation from gravity gives the JACO2's joints 15 to 34."""
 SINGULAR = 1e-3
 """Smallest eigenvalue of J Jᵀ below which the way back is damped."""
 BRAKE = 10.0
@@ -57,6 +62,8 @@ class Supervisor(Machine):
     """Whether the last measurement passed its checks."""
     _read: Array | None = field(default=None, init=False, repr=False)
     """Last reading of each joint's position."""
+    _speed: Array = field(init=False, repr=False)
+    """The joints' speeds as they were last believed [rad/s]."""
     _jumps: Array = field(init=False, repr=False)
     """What the joints have jumped since the arm was stopped [rad]."""
     _weight: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
@@ -72,8 +79,9 @@ class Supervisor(Machine):
         slow = SLOW * self.limits.speed
         self._most, self._off = self.limits.torque.tolist(), self.limits.deviation.tolist()
         self._free, self._jumps = [inf] * len(self._most), np.zeros(len(self._most))
-        self._none = self._jumps
+        self._none = self._speed = self._jumps
         self._longest = LONGEST if self.period is None else STEADY * self.period
+        self._leap = inf if self.period is None else max(LEAP, 2.0 * self.period)
         self._shaky = SHORTEST if self.period is None else SHAKY * self.period
         self._soft_rows = list(zip(low.tolist(), high.tolist(), slow.tolist(), strict=True))
 
@@ -84,8 +92,9 @@ class Supervisor(Machine):
         self.sound = cause is None
         timed, self._timed = self._timed, guards.fresh
         period = arm.t - self._now if isfinite(arm.t) and isfinite(self._now) else 0.0
-        # A clock that stands, or is no number, allows what the shortest period would; one that leaps a usual one.
-        self._step = self.limits.torque_rate * min(max(period, SHORTEST), self._longest if timed else self._shaky)
+        # A clock that stands, or is no number, allows what the shortest period would.
+        longest = self._longest if timed and period < self._leap else self._shaky
+        self._step = self.limits.torque_rate * min(max(period, SHORTEST), longest)
         if cause is None and self.mode is Mode.TORQUE:
             cause = guards.command(torque)
             if cause is None:
@@ -94,7 +103,8 @@ class Supervisor(Machine):
                 tau = np.array(sent)
                 cause = guards.ahead(arm, tau, period)
                 if cause is None:
-                    self._read, self._jumps, self._weight, self._last = arm.q, self._none, arm.g, sent
+                    self._read, self._speed, self._jumps = arm.q, arm.dq, self._none
+                    self._weight, self._last = arm.g, sent
                     self.passed(arm.t)
                     return tau
         self._last = self._clamp(arm, self._safe(arm, cause, period))
@@ -171,7 +181,7 @@ class Supervisor(Machine):
         """Position [rad] and speed [rad/s] of each joint, and whether they can be believed, (n,).
 
         A step that no joint can make in the time is a jump of its reading, and until it jumps back nothing that it
-        says is believed: it may as well be in degrees.
+        says is believed: it may as well be in degrees. A smaller one damps no harder than the arm can have sped up.
         """
         n = len(self.limits.torque)
         new = np.isfinite(arm.q) if self._guards.fresh and arm.q.shape == (n,) else np.zeros(n, dtype=bool)
@@ -184,7 +194,9 @@ class Supervisor(Machine):
         time = min(max(period, SHORTEST), LONGEST)
         jumped = np.abs(step) > JUMP + 2.0 * self.limits.speed * time
         self._jumps = self._jumps + np.where(jumped, step, 0.0)
-        return reading, np.where(jumped, 0.0, step / time), new & (np.abs(self._jumps) <= JUMP)
+        change = np.where(jumped, 0.0, step / time) - self._speed
+        self._speed = self._speed + change.clip(-ABRUPT * time, ABRUPT * time)
+        return reading, self._speed, new & (np.abs(self._jumps) <= JUMP)
 
     def _jumped(self) -> Cause | None:
         """A joint whose reading has jumped and not come back: nobody may simply go on."""

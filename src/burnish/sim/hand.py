@@ -21,12 +21,12 @@ from numpy.typing import ArrayLike
 from burnish.core import Array
 from burnish.errors import InputError
 from burnish.model.inertia import Body
-from burnish.model.jaco2_parts import finger_frames, jaco2_parts
+from burnish.model.jaco2_parts import FINGERS_CLOSED, finger_frames, jaco2_parts
 from burnish.rotation import quaternion
 from burnish.sim.things import CONTACT, HAND, SPIN, THING
 
-CLOSED = np.deg2rad(80.0)
-"""Finger joints when closed [rad]: 6800 of the vendor's units; open is 0."""
+CLOSED = FINGERS_CLOSED
+"""Finger joints when closed [rad]; open is 0."""
 STOP, TIP_STOP = 1.51, 2.0
 """Upper ends of the joints of fingers and tips [rad], vendor's description; the lower ones are 0."""
 STIFFNESS = 20.0

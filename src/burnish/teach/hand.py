@@ -38,6 +38,8 @@ SWING, DRIFT = 0.022, 0.02
 """Half of the way to and fro, and how far it comes aside meanwhile [m]."""
 SWINGS, SWING_TIME = 3, 6.0
 """To and fro in one contact, and how long each takes [s]: 23 mm/s at most, none where it turns round."""
+TURN = 0.25
+"""How fast it turns the tool with the surface, at most [rad/s]: over waves it goes slower, as a person does."""
 POINTS = 400
 """Points of a contact's path."""
 REST = 1.0
@@ -116,7 +118,10 @@ class Hand:
             arm = yield points[0] - depth * n, R[0]
             depth += DESCENT * (arm.t - t)
             felt = felt + 1 if _pressing(arm, n) > FELT else 0
-        t0, duration = arm.t, SWINGS * SWING_TIME
+        t0 = arm.t
+        turned = float(np.linalg.norm(np.diff(normals, axis=0), axis=1).max()) * (len(points) - 1)
+        # A cubic is half as fast again in its middle as on the whole.
+        duration = max(SWINGS * SWING_TIME, 1.5 * turned / TURN)
         while arm.t - t0 < PRESSING + duration:
             t = arm.t
             u = max(t - t0 - PRESSING, 0.0) / duration

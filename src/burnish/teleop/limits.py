@@ -1,4 +1,4 @@
-"""How fast the operator may go where the arm is: joint limits, singularities, joint speeds and the work space.
+"""How fast the operator may go where the arm is: joint limits, singularities, joint speeds, work space, the arm itself.
 
 All of them are one rule. What is a way d from its end, and closes it at a speed c if the operator's twist is obeyed,
 may close it at d/T at most: the twist is scaled by the least of min(1, d/(T c)). The arm slows down, comes to rest at
@@ -25,6 +25,8 @@ SINGULAR = 0.05
 0.25 at home; at 0.05 the full speed would take four times the joint speed that there is."""
 JOINT_SPEED = 0.65
 """Share of a joint's speed limit that the operator gets; the supervisor brakes from 0.8."""
+OVERSHOT = 0.68
+"""The same for the reference on its smooth way from one twist to the next, which need not be a straight one."""
 FASTER, SLOWER = 2.5, 5.0
 """What the operator's accelerations may ask of a joint when it is to move faster, and slower [rad/s²]. A supervisor
 that looks two cycles of 10 ms ahead, at a torque that comes back no faster than its rate, stops a joint that is
@@ -46,6 +48,12 @@ class Slowed(NamedTuple):
     """What is left of it, in [0, 1]."""
     cause: str = ""
     """Which limit does it; empty where none does."""
+
+
+def before_end(way: float, speed: float, cause: str) -> Slowed:
+    """The rule for one limit: a way [m or rad] that the twist would close at a speed [m/s or rad/s]."""
+    reach, way = BRAKING * speed, max(way, 0.0)
+    return Slowed(way / reach, cause) if reach > way else Slowed()
 
 
 class Mobility:
@@ -121,6 +129,10 @@ class Bounds:
             if reach > way and way / reach < slowed.share:
                 slowed = Slowed(way / reach, self._name(row))
         return slowed
+
+    def overshot(self, here: Mobility, twist: Array) -> float:
+        """By which factor a twist of the reference, (6,), is too fast for a joint; up to 1 for none."""
+        return float((np.abs(here.joint_speeds(twist)) / (OVERSHOT * self.speed)).max())
 
     def _name(self, row: int) -> str:
         n = len(self.lower)

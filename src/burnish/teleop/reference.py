@@ -10,14 +10,13 @@ import numpy as np
 
 from burnish.core import Array, Dynamics, ToolReference, read_only
 from burnish.errors import InputError
+from burnish.model.jaco2_parts import FINGERS_CLOSED
 from burnish.rotation import exp, log
 from burnish.teleop.device import AT_REST, Reading
-from burnish.teleop.limits import Bounds, Mobility, Slowed
+from burnish.teleop.limits import ASIDE, Bounds, Mobility, Slowed, before_end
 from burnish.teleop.modes import Frame, Panel, Wanted
 from burnish.teleop.smooth import Smooth
 
-FINGERS_CLOSED = radians(80.0)
-"""Angle of a finger joint when the hand is closed [rad]; open is 0."""
 FINGER_SPEED = FINGERS_CLOSED
 """Largest speed of the fingers [rad/s]: thesis A's 6800 vendor's units a second, of which 6800 close it."""
 FINGER_ACCELERATION, FINGER_JERK = 10.0, 200.0
@@ -116,6 +115,8 @@ class Operator:
     Afterwards the device has to be seen at rest, and the deadman to be pressed anew."""
     allowed_speed: Callable[[Dynamics, Array], float] = lambda arm, v: inf
     """How fast the tool point may be where the arm is, along v [m/s]; the operator gets `SHARE` of it."""
+    clearance: Callable[[Dynamics, Array], tuple[float, float]] = lambda arm, dq: (inf, 0.0)
+    """The way until the arm is too near itself [m], and how fast joint speeds dq, (n,), close it [m/s]."""
     fingers: float = 0.0
     """Angle of the finger joints, open is 0 [rad]."""
     slowed: Slowed = field(default=Slowed(), init=False)
@@ -168,6 +169,7 @@ class Operator:
         here = Mobility(arm.J)
         slower = (
             self.bounds.slowed(arm, here, twist),
+            self._before_itself(arm, here, twist),
             self._as_allowed(arm, twist),
             self._as_hard_as_allowed(arm, twist),
             self._before_leash_ends(arm, twist),
@@ -175,8 +177,12 @@ class Operator:
         self.slowed = min(slower, key=lambda slowed: slowed.share)
         target = np.append(self.slowed.share * twist, self._finger_speed(wanted.close))
         ease = here.ease(self._smooth.v[:6], target[:6], self._smooth.acceleration[:6])
-        way, v, a = self._smooth.step(target, min(max(arm.t - self._t, 0.0), LONGEST), ease)
-        self._t = max(arm.t, self._t)
+        way, v, a = self._smooth.step(target, min(max(0.0, arm.t - self._t), LONGEST), ease)
+        over = self.bounds.overshot(here, v[:6])
+        if over > 1.0:
+            way, v, a = way / over, v / over, np.zeros(len(a))
+            self._smooth.go_on_with(v, a)
+        self._t = max(self._t, arm.t)
         self._p, self._R = self._p + way[:3], exp(way[3:6]) @ self._R
         self._on_leash(arm, v, a)
         self.fingers = min(max(self.fingers + float(way[6]), 0.0), FINGERS_CLOSED)
@@ -199,13 +205,19 @@ class Operator:
     def _finger_speed(self, close: float) -> float:
         """Slower towards the ends [rad/s]."""
         left = FINGERS_CLOSED - self.fingers if close > 0.0 else self.fingers
-        return close * min(FINGER_SPEED, left / FINGER_BRAKING)
+        return float(close * min(FINGER_SPEED, left / FINGER_BRAKING))
 
     def _as_allowed(self, arm: Dynamics, twist: Array) -> Slowed:
         """No faster than the tool may be here."""
         speed = _length(twist[:3])
         most = SHARE * self.allowed_speed(arm, twist[:3]) if speed > 0.0 else inf
         return Slowed(most / speed, "people near by") if speed > most else Slowed()
+
+    def _before_itself(self, arm: Dynamics, here: Mobility, twist: Array) -> Slowed:
+        """The rule of `Bounds` for the arm's own parts."""
+        dq = here.joint_speeds(twist)
+        way, speed = self.clearance(arm, dq)
+        return before_end(way, speed - ASIDE * float(np.abs(dq).max()), "the arm itself")
 
     def _as_hard_as_allowed(self, arm: Dynamics, twist: Array) -> Slowed:
         """Further into what is pressed only up to the force that is allowed."""
