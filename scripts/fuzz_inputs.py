@@ -10,15 +10,18 @@ read, or refused with a `BurnishError`, within 2 s, and all of it within 1 GiB o
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import logging
 import random
 import resource
+import struct
 import sys
 import tempfile
 import time
 import traceback
 import warnings
+import zipfile
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -126,6 +129,56 @@ def a_box(binary: bool) -> bytes:
     return bytes(80) + len(triangles).to_bytes(4, "little") + body
 
 
+def a_model(unit: str = "millimeter") -> bytes:
+    """The box as the model of a 3MF file, built of two objects."""
+    vertices, faces = shared_box()
+    nodes = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in vertices)
+    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in faces)
+    return (
+        f'<?xml version="1.0"?><model unit="{unit}"><resources><object id="1"><mesh><vertices>{nodes}</vertices>'
+        f"<triangles>{triangles}</triangles></mesh></object>"
+        '<object id="2"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 5 0 0"/></components></object>'
+        '</resources><build><item objectid="2" transform="1 0 0 0 1 0 0 0 1 0 0 2"/></build></model>'
+    ).encode()
+
+
+def packed(model: bytes) -> bytes:
+    """A 3MF file with this model."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", model)
+    return file.getvalue()
+
+
+def shared_box() -> tuple[list[tuple[int, int, int]], list[tuple[int, int, int]]]:
+    """Vertices and faces of the box."""
+    corners = [(x, y, z) for x in (0, 30) for y in (0, 30) for z in (0, 10)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))]
+
+
+def an_obj() -> bytes:
+    """The box as an OBJ file, once in triangles and once in a polygon with textures."""
+    vertices, faces = shared_box()
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
+    return "\n".join([*lines, "f 1/1/1 2/2/2 4/3/3 3/4/4", "f -8 -7 -5", ""]).encode()
+
+
+def a_ply(form: str) -> bytes:
+    """The box as a PLY file."""
+    vertices, faces = shared_box()
+    head = (
+        f"ply\nformat {form} 1.0\ncomment box\nelement vertex 8\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 12\nproperty list uchar int vertex_indices\nend_header\n"
+    ).encode()
+    if form == "ascii":
+        rows = [f"{x} {y} {z}" for x, y, z in vertices] + [f"3 {a} {b} {c}" for a, b, c in faces]
+        return head + "\n".join([*rows, ""]).encode()
+    order = "<" if form == "binary_little_endian" else ">"
+    body = b"".join(struct.pack(f"{order}3f", *vertex) for vertex in vertices)
+    return head + body + b"".join(struct.pack(f"{order}B3i", 3, *face) for face in faces)
+
+
 def a_plan() -> bytes:
     """A plan of one stroke."""
     count = 20
@@ -155,6 +208,11 @@ def read_recording(path: Path) -> None:
         raise refused
 
 
+def read_mould(path: Path) -> None:
+    """What every verb does with a mesh, its unit left open."""
+    Mould.load(str(path))
+
+
 def readers(folder: Path) -> dict[str, tuple[list[bytes], str, Callable[[Path], object]]]:
     """For each kind of input: whole ones, the ending of their names, and what reads them."""
     recording = a_recording(folder / "whole.mcap")
@@ -162,7 +220,15 @@ def readers(folder: Path) -> dict[str, tuple[list[bytes], str, Callable[[Path], 
     return {
         "recording": ([recording], ".mcap", read_recording),
         "forged recording": ([recording], ".mcap", read_recording),
-        "mesh": ([a_box(binary=True), a_box(binary=False)], ".stl", lambda path: Mould.load(str(path))),
+        "mesh": ([a_box(binary=True), a_box(binary=False)], ".stl", read_mould),
+        "obj mesh": ([an_obj()], ".obj", read_mould),
+        "ply mesh": (
+            [a_ply(form) for form in ("ascii", "binary_little_endian", "binary_big_endian")],
+            ".ply",
+            read_mould,
+        ),
+        "3mf mesh": ([packed(a_model())], ".3mf", read_mould),
+        "forged 3mf mesh": ([a_model()], ".3mf", read_mould),
         "poses": ([poses], ".txt", read_poses),
         "plan": ([a_plan()], ".json", read_plan),
         "description": ([JACO2_URDF.read_bytes()], ".urdf", check_description),
@@ -187,6 +253,8 @@ def fuzz(count: int, seed: int, part: int, folder: Path) -> dict[str, Any]:
         path = folder / f"input{ending}"
         if name == "forged recording":
             path.write_bytes(forged(whole[0], rng, folder / "forged.mcap"))
+        elif name == "forged 3mf mesh":
+            path.write_bytes(packed(damaged(whole[0], rng)))
         else:
             path.write_bytes(damaged(rng.choice(whole), rng))
         start = time.process_time()

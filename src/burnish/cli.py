@@ -12,12 +12,12 @@ from burnish.commands.campaign_options import add_campaign
 from burnish.commands.options import (
     add_connected,
     add_export,
-    add_plan,
     add_polish,
     add_recover,
     add_reproduce,
     add_verify,
 )
+from burnish.commands.plan_options import add_plan
 from burnish.commands.teach_options import add_replay, add_teach
 from burnish.commands.teleop_options import add_teleop
 from burnish.errors import BurnishError, InputError

@@ -176,6 +176,8 @@ class ToolReference:
     """Outward unit normal of the surface under the tool, base axes, (3,); None where nothing is pressed."""
     force: float = 0.0
     """Wanted contact force along the normal [N]; positive presses the tool into the surface."""
+    stiffness: float = 1.0
+    """Share of the law's stiffness with which the tool is held here, more than 0; `ForceMotion` heeds it."""
 
 
 @dataclass(frozen=True, slots=True)

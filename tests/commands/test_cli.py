@@ -137,17 +137,18 @@ def test_plan_is_what_the_public_face_promises(tmp_path: Path) -> None:
     path = tmp_path / "new" / "plan.json"
     assert main(["plan", "--mould", str(small_plate(tmp_path / "p.stl")), "--out", str(path)]) == 0
     plan = json.loads(path.read_text())
-    assert set(plan) == {"strokes"}
+    assert set(plan) == {"strokes", "mould", "recipe"}
     assert set(plan["strokes"][0]) == {"points", "normals", "feed", "force"}
     stroke = from_plan(plan)[0]
     assert np.allclose(stroke.points[:, 2], 0.01, atol=1e-5)
     assert np.allclose(stroke.force, 10.0)
 
 
-def test_polish_writes_its_three_files_and_all_metrics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_polish_writes_its_files_and_all_metrics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mesh, out = small_plate(tmp_path / "p.stl"), tmp_path / "run"
     assert main(["polish", "--mould", str(mesh), "--seed", "1", "--out", str(out)]) == 0
-    assert sorted(p.name for p in out.iterdir()) == ["metrics.json", "report.html", "run.mcap"]
+    written = ["journal.jsonl", "metrics.json", "part.html", "removed.npz", "report.html", "run.mcap"]
+    assert sorted(p.name for p in out.iterdir()) == written
     metrics = json.loads((out / "metrics.json").read_text())
     promised = """force_set_N force_rms_N force_mean_N force_p99_N touch_peak_N contact_lost_pct tilt_rms_deg
     tilt_max_deg feed_rms_pct coverage_pct overpolished_pct removal_cv_pct removal_mean_um path_length_m duration_s

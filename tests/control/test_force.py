@@ -11,7 +11,13 @@ from burnish.core import Array, Dynamics, State, ToolReference
 from burnish.errors import InputError
 from burnish.model.friction import Friction
 from burnish.model.model import Model
+from burnish.model.spin import SpinningTip
+from burnish.model.tool import PolishingTool
+from burnish.polish.cellsim import WristFelt, simulated_job
+from burnish.polish.stroke import Stroke
 from burnish.rotation import exp
+from burnish.sim.arms import honest
+from burnish.surface import DistanceGrid, Mould
 
 MODEL = Model.jaco2()
 HOME = np.array([4.8046852, 2.924825, 1.002, 4.2031852, 1.4458, 1.3233])
@@ -96,6 +102,20 @@ def test_without_a_normal_the_felt_force_does_not_matter() -> None:
     quiet = law.torque(arm, wanted)
     law.reset(arm)
     assert_allclose(law.torque(replace(arm, F=np.full(6, 9.0)), wanted), quiet, atol=0.0)
+
+
+@pytest.mark.parametrize("share", [0.25, 1.0, 2.0])
+def test_reference_sets_the_stiffness_along_the_path_and_the_damping_ratio_stays(share: float) -> None:
+    law = ForceMotion(position_frequency=15.0, orientation_frequency=15.0, damping_ratio=0.8)
+    other = ForceMotion(
+        position_frequency=15.0 * share**0.5, orientation_frequency=15.0 * share**0.5, damping_ratio=0.8
+    )
+    for seed in range(5):
+        arm, wanted = random_case(seed)
+        law.reset(arm)
+        other.reset(arm)
+        found = law.torque(arm, replace(wanted, stiffness=share))
+        assert_allclose(found, other.torque(arm, wanted), rtol=1e-10, atol=1e-12)
 
 
 def test_position_error_is_integrated() -> None:
@@ -218,6 +238,22 @@ def test_in_the_air_the_tool_seeks_at_its_speed_down_to_its_depth() -> None:
         assert sunk == pytest.approx(min(5e-3 * DT * i, 4e-3), abs=1e-9)
 
 
+def test_stuck_joints_are_helped_to_seek() -> None:
+    friction = Friction(coulomb=np.ones(6), viscous=np.zeros(6))
+    laws = [fresh(seek_speed=5e-3, seek_depth=4e-3), fresh(seek_speed=5e-3, seek_depth=4e-3)]
+    laws[1].friction = friction
+    helped = []
+    for i in range(1, 1001):
+        arm = at_rest(0.0, DT * i)
+        plain, compensated = (law.torque(arm, pressing(arm, 8.0)) for law in laws)
+        helped.append(compensated - plain)
+    down = np.linalg.solve(ARM.J, np.concatenate([-5e-3 * NORMAL, np.zeros(3)]))
+    # On the way down in full; at its end, 4 mm at 5 mm/s, no more, and nowhere with a jump: 0.1 mm is 20 cycles.
+    assert_allclose(helped[400], 0.8 * friction.torque(down), atol=1e-6)
+    assert_allclose(helped[-1], np.zeros(6), atol=1e-9)
+    assert np.abs(np.diff(helped, axis=0)).max() < 0.8 * 0.2
+
+
 def test_lost_contact_fades_without_a_jump() -> None:
     law = fresh(fade_time=0.04, seek_speed=5e-3, position_frequency=17.0)
     before = feel(law, 8.0, 8.0, 1000)[-1]
@@ -260,8 +296,135 @@ def test_arm_that_feels_nothing_is_refused_before_it_moves() -> None:
         ForceMotion().reset(replace(at_rest(), F=None))
 
 
-@pytest.mark.parametrize("name", ["position_frequency", "orientation_frequency", "damping_ratio", "fade_time"])
+@pytest.mark.parametrize("name", ["position_frequency", "orientation_frequency", "damping_ratio", "fade_time", "tank"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan])
 def test_figure_that_is_not_positive_is_refused_by_name(name: str, value: float) -> None:
     with pytest.raises(InputError, match=f"{name} ="):
         ForceMotion(**{name: value})
+
+
+# Energy tank.
+
+
+def pushed_into_nothing(law: ForceMotion, seconds: float) -> tuple[float, float, float]:
+    """Work of force and integrals on the free arm, what its dampers took [J], and the tool's way along −n [m].
+
+    The tool has touched for a second when what it touches gives way; the sensor is stuck at 4 N, 10 N are wanted. What
+    is left of the wrench, once the spring and the dampers of the motion are taken off, is what force and integrals push
+    with.
+    """
+    feel(law, 10.0, 10.0, 1000)
+    q, dq, work, damped = HOME.copy(), np.zeros(6), 0.0, 0.0
+    start, omega, P = pressing(ARM, 10.0), law.position_frequency, np.eye(6)
+    P[:3, :3] -= np.outer(NORMAL, NORMAL)
+    for i in range(1, round(seconds / DT)):
+        state = State(t=1.0 + DT * i, q=q, dq=dq)
+        arm = replace(MODEL.at(state), F=np.concatenate([4.0 * NORMAL, np.zeros(3)]))
+        tau = law.torque(arm, start)
+        E = start.R @ arm.R.T
+        turn = 0.5 * np.array([E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]])
+        e = np.concatenate([start.p - arm.p, turn])
+        passive = arm.Lambda @ (P @ (omega**2 * e - 2.0 * omega * arm.v) - arm.dJdq)
+        passive[:3] -= law.normal_damping * NORMAL * (NORMAL @ arm.v[:3])
+        work += DT * float((tool_wrench(arm, tau) - passive) @ arm.v)
+        damped += DT * max(0.0, 2.0 * omega * float((P @ arm.v) @ arm.Lambda @ arm.v))
+        dq = dq + DT * np.linalg.solve(arm.M, tau - arm.h - arm.g)
+        q = q + DT * dq
+    return work, damped, -float((arm.p - start.p) @ NORMAL)
+
+
+@pytest.mark.parametrize(("damping", "seconds"), [(0.0, 0.2), (260.0, 2.0)])
+def test_force_puts_in_no_more_than_the_tank_and_the_dampers_give(damping: float, seconds: float) -> None:
+    law = fresh(normal_damping=damping, tank=0.1)
+    work, damped, _ = pushed_into_nothing(law, seconds)
+    # Emptied: the bound is reached. Without D_n the light arm comes to 1 m/s; the rounding of its torques is 1e-9 J.
+    assert law.energy < 0.1 / 6.0
+    assert work <= 0.1 + damped + 1e-6
+    assert work > 0.08
+
+
+def test_tool_lunges_no_farther_than_the_tank_lasts() -> None:
+    law = fresh(tank=0.1)
+    _, _, way = pushed_into_nothing(law, 2.0)
+    # f is 10 N and more; the last sixth of the tank fades, and the tool coasts for 10 kg/260 N·s/m at 0.05 m/s.
+    assert way < 0.1 / 10.0 + 2e-3
+    assert law.energy < 0.1 / 6.0
+
+
+def test_tool_without_a_tank_would_go_on() -> None:
+    _, _, way = pushed_into_nothing(fresh(tank=1e6), 1.0)
+    assert way > 0.03
+
+
+def test_empty_tank_takes_force_and_integrals_away_and_leaves_the_rest() -> None:
+    law = fresh()
+    feel(law, 6.0, 8.0, 1000)
+    law._tank.add(-1.0)
+    arm = at_rest(6.0, 1.0 + DT)
+    assert_allclose(tool_wrench(arm, law.torque(arm, pressing(arm, 8.0))), np.zeros(6), atol=1e-6)
+
+
+def test_tool_that_stands_and_presses_takes_nothing_from_the_tank() -> None:
+    law = fresh(tank=0.1)
+    feel(law, 6.0, 8.0, 3000)
+    assert law.energy == 0.1
+
+
+def test_reset_fills_the_tank() -> None:
+    law = fresh(tank=0.1)
+    law._tank.add(-0.1)
+    law.reset(at_rest())
+    assert law.energy == 0.1
+
+
+# A tip that spins, and one that is stiff.
+
+
+def test_drag_of_a_spinning_tip_is_fed_forward_at_the_planned_tilt() -> None:
+    tip = SpinningTip(spindle=200.0, friction=0.3, radius=0.02, modulus=2e6)
+    wrenches = []
+    for spinning in (None, tip):
+        law = ForceMotion(**GAINS, surface_friction=0.0, spinning=spinning)
+        law.reset(at_rest())
+        feel(law, 8.0, 8.0, 1000)
+        arm = at_rest(8.0, 1.0 + DT)
+        wrenches.append(tool_wrench(arm, law.torque(arm, pressing(arm, 8.0))))
+    force, moment = tip.drag(8.0, NORMAL.tolist(), ARM.R[:, 2].tolist(), (0.0, 0.0, 0.0))
+    # 25 time constants after the touch c is 1 to eleven digits.
+    assert_allclose(wrenches[1] - wrenches[0], [-x for x in (*force, *moment)], atol=1e-8)
+    assert np.linalg.norm(force) > 1.0
+
+
+def test_spindle_hardly_leaves_friction_to_feed_forward_along_the_path() -> None:
+    tip = SpinningTip(spindle=500.0, friction=0.3, radius=0.02, modulus=2e6)
+    along = np.cross(NORMAL, [1.0, 0.0, 0.0]) / np.linalg.norm(np.cross(NORMAL, [1.0, 0.0, 0.0]))
+    upright = tip.drag(8.0, NORMAL.tolist(), (-NORMAL).tolist(), (0.02 * along).tolist())[0]
+    assert np.linalg.norm(upright) < 0.05 * 0.3 * 8.0
+
+
+def test_gains_along_the_normal_fall_with_the_stiffness_of_the_tip() -> None:
+    law = ForceMotion(normal_damping=260.0, force_gain=0.1)
+    assert law.against(12e3) == law
+    assert law.against(5e3) == law
+    stiff = law.against(100e3)
+    # 12 and 100 kN/m, each behind 100 kN/m of felt: 10.7 and 50 kN/m.
+    share = (12.0 * 100.0 / 112.0) / 50.0
+    assert (stiff.normal_damping, stiff.force_gain) == pytest.approx((260.0 * share, 0.1 * share))
+
+
+@pytest.mark.slow
+def test_polishing_does_not_come_near_the_end_of_the_tank() -> None:
+    grid = DistanceGrid.of(Mould.load("plate", "mm"))
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    top = float(Mould.load("plate", "mm").vertices[:, 2].max())
+    points = np.column_stack([0.03 * np.cos(angle), 0.03 * np.sin(angle), np.full(200, top)])
+    normals, even = np.tile([0.0, 0.0, 1.0], (200, 1)), np.ones(200)
+    stroke = Stroke(points=points, normals=normals, feed=0.02 * even, force=10.0 * even)
+    job, robot = simulated_job(
+        grid, [stroke], honest(1), rate=100.0, felt=WristFelt(), tool=PolishingTool(), on_phase=lambda phase: None
+    )
+    with robot:
+        levels = [job.law.energy for _ in job.run() if job.phase == "pass"]
+    assert len(levels) > 500
+    # Below a sixth force and integrals would be scaled down.
+    assert min(levels) > 0.5 * job.law.tank

@@ -158,3 +158,56 @@ def test_model_without_the_wrench_is_left_alone() -> None:
     arm, state = measured(HOME, np.ones(6))
     wrist_sense().feel(arm, state)
     assert arm.F is None
+
+
+# Noise, and the touch that follows from it.
+
+
+def noisy_readings(count: int, sigma: Array) -> list[tuple[Dynamics, State]]:
+    """Readings of a wrist sensor in free air with white noise of its forces, sensor axes."""
+    rng = np.random.default_rng(8)
+    readings = []
+    for i in range(count):
+        arm, state = measured(HOME, np.zeros(6), t=0.01 * i)
+        assert state.F is not None
+        readings.append((arm, State(t=state.t, q=state.q, dq=state.dq, F=state.F + sigma * rng.normal(size=6))))
+    return readings
+
+
+def test_tare_learns_the_noise_along_each_axis_of_the_sensor() -> None:
+    sense = wrist_sense()
+    sense.tare(noisy_readings(4000, np.array([0.05, 0.1, 0.2, 0.0, 0.0, 0.0])))
+    R = measured(HOME, np.zeros(6))[0].R
+    for axis, sigma in zip(R.T, (0.05, 0.1, 0.2), strict=True):
+        assert sense.noise(axis) == pytest.approx(sigma, rel=0.05)
+
+
+def test_touch_counts_from_three_times_the_tared_noise_on() -> None:
+    sense = wrist_sense()
+    sense.tare(noisy_readings(4000, np.array([0.0, 0.0, 0.5, 0.0, 0.0, 0.0])))
+    z = measured(HOME, np.zeros(6))[0].R[:, 2]
+    assert sense.touch_threshold(z) == pytest.approx(1.5, rel=0.05)
+
+
+def test_touch_threshold_is_never_below_its_minimum() -> None:
+    sense = WristSense(mass=MASS, com=COM, offset=OFFSET, least_touch=0.7)
+    up = np.array([0.0, 0.0, 1.0])
+    assert sense.touch_threshold(up) == 0.7
+    sense.tare(noisy_readings(40, np.zeros(6)))
+    assert sense.touch_threshold(up) == 0.7
+
+
+def test_noise_of_joint_sensors_is_what_their_low_pass_leaves() -> None:
+    rng = np.random.default_rng(9)
+    readings = [measured(HOME, np.zeros(6), bias=0.02 * rng.normal(size=6), t=0.01 * i) for i in range(6000)]
+    sense = JointSense(time_constant=0.03)
+    sense.tare(readings)
+    up = np.array([0.0, 0.0, 1.0])
+    a = 1.0 - np.exp(-0.01 / 0.03)
+    raw = 0.02 * np.linalg.norm(readings[0][0].J_bar[:, :3] @ up)
+    # White noise through a first-order lag: σ √(a/(2 − a)).
+    assert sense.noise(up) == pytest.approx(raw * np.sqrt(a / (2.0 - a)), rel=0.05)
+
+
+def test_arm_that_feels_nothing_never_touches() -> None:
+    assert NoSense().touch_threshold(np.array([0.0, 0.0, 1.0])) == np.inf

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from burnish.core import Array
-from burnish.sim.contact import DAMPING, SLIP_SPEED, STIFFNESS, SphereOnSurface, Touch
+from burnish.model.tool import PolishingTool
+from burnish.sim.contact import DAMPING, SLIP_SPEED, STIFFNESS, SphereOnSurface, SpinningSphere, Touch, contact_of
 from burnish.surface import DistanceGrid
 
 RADIUS = 0.02
@@ -209,3 +210,44 @@ def test_force_does_not_jump_on_the_way_over_a_bend() -> None:
     # 0.1 mm of way within the facets, which bend by 2 mm/70 mm at an edge, is 3 µm of depth, 0.3 N.
     assert np.abs(np.diff(force)).max() < 0.5
     assert force.min() > 0.0
+
+
+# Spindle.
+
+
+def spinning_on(tilt: float, spindle: float) -> SphereOnSurface:
+    """The tip over the plane, its axis leaning from straight down towards x."""
+    grid = grid_of(lambda x: x[..., 2])
+    axis = np.array([np.sin(tilt), 0.0, -np.cos(tilt)])
+    return contact_of(grid, PolishingTool(tip_radius=RADIUS, friction=FRICTION, spindle=spindle), axis)
+
+
+def test_tool_without_a_spindle_touches_as_a_sphere_that_only_slides() -> None:
+    assert type(spinning_on(0.0, 0.0)) is SphereOnSurface
+    velocity, spin = np.array([0.02, -0.01, -0.003]), np.array([0.1, 0.2, 0.3])
+    assert press(spinning_on(0.3, 0.0), 1e-4, velocity, spin) == press(plane, 1e-4, velocity, spin)
+
+
+def test_slow_spindle_leaves_the_friction_of_the_slide() -> None:
+    surface = spinning_on(0.0, 1e-9)
+    assert isinstance(surface, SpinningSphere)
+    velocity, spin = np.array([0.02, -0.01, -0.003]), np.array([0.1, 0.2, 0.3])
+    touch, plain_touch = press(surface, 1e-4, velocity, spin), press(plane, 1e-4, velocity, spin)
+    assert_allclose(touch.force, plain_touch.force, rtol=1e-9)
+    assert touch.slip == plain_touch.slip
+
+
+def test_spinning_tip_is_turned_against_its_spindle() -> None:
+    # 10 N, an axis that points down, so a spin against z: the drag turns it about +z, (3π/16) µ F a in size.
+    touch = press(spinning_on(0.0, 200.0), 1e-4)
+    a = (0.75 * touch.normal_force * RADIUS / PolishingTool().modulus) ** (1.0 / 3.0)
+    assert touch.moment[2] == pytest.approx(3.0 * np.pi / 16.0 * FRICTION * touch.normal_force * a, rel=1e-4)
+    assert_allclose(touch.force[:2], np.zeros(2), atol=1e-12)
+
+
+def test_tilted_spinning_tip_is_pulled_sideways() -> None:
+    # Leaning towards x the rim below runs along Ω z × (−r n), to +y for a positive spindle: it is pulled to −y.
+    touch = press(spinning_on(0.3, 200.0), 1e-4)
+    assert touch.force[1] < -0.5 * FRICTION * touch.normal_force
+    assert touch.force[0] == pytest.approx(0.0, abs=1e-9)
+    assert touch.slip == pytest.approx(0.0, abs=1e-12)

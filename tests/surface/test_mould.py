@@ -72,7 +72,7 @@ def test_size_out_of_range_hints_at_the_unit(tmp_path: Path, unit: str) -> None:
 def test_part_in_metres_read_as_millimetres_is_refused_as_too_small(tmp_path: Path) -> None:
     (tmp_path / "part.stl").write_bytes(binary_stl(PART))
     with pytest.raises(MouldError, match="check the unit"):
-        Mould.load(str(tmp_path / "part.stl"))
+        Mould.load(str(tmp_path / "part.stl"), "mm")
 
 
 def test_triangles_without_area_are_refused() -> None:

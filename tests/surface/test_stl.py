@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from surface.shapes import ascii_stl, binary_stl, box
 
 from burnish.errors import MouldError
-from burnish.surface import Mould, read_stl
-from burnish.surface.stl import MAX_BYTES, MAX_FACES
+from burnish.surface import Mould, read_mesh
+from burnish.surface.files import MAX_BYTES
+from burnish.surface.polygons import MAX_FACES
 
 PART = box(120.0, 80.0, 30.0)  # millimetres, as files have it
 
@@ -28,24 +29,24 @@ def spoilt(value: float) -> bytes:
 def test_binary_and_ascii_files_of_the_same_part_read_alike(tmp_path: Path) -> None:
     (tmp_path / "b.stl").write_bytes(binary_stl(PART))
     (tmp_path / "a.stl").write_bytes(ascii_stl(PART))
-    np.testing.assert_allclose(read_stl(tmp_path / "a.stl"), PART * 1e-3, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(read_stl(tmp_path / "b.stl"), PART * 1e-3, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(read_mesh(tmp_path / "a.stl")[0], PART * 1e-3, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(read_mesh(tmp_path / "b.stl")[0], PART * 1e-3, rtol=0, atol=1e-9)
 
 
 def test_binary_file_may_begin_with_the_word_solid(tmp_path: Path) -> None:
     (tmp_path / "b.stl").write_bytes(binary_stl(PART, header=b"solid made by some program"))
-    assert read_stl(tmp_path / "b.stl").shape == PART.shape
+    assert read_mesh(tmp_path / "b.stl")[0].shape == PART.shape
 
 
 def test_ascii_file_may_be_upper_case_with_windows_line_ends(tmp_path: Path) -> None:
     (tmp_path / "a.stl").write_bytes(ascii_stl(PART).upper().replace(b"\n", b"\r\n"))
-    np.testing.assert_allclose(read_stl(tmp_path / "a.stl"), PART * 1e-3, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(read_mesh(tmp_path / "a.stl")[0], PART * 1e-3, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("mm", 1e-3), ("m", 1.0), ("inch", 0.0254)])
 def test_unit_scales_the_numbers_of_the_file(tmp_path: Path, unit: str, metres: float) -> None:
     (tmp_path / "b.stl").write_bytes(binary_stl(PART))
-    np.testing.assert_allclose(read_stl(tmp_path / "b.stl", unit), PART * metres, rtol=1e-7)
+    np.testing.assert_allclose(read_mesh(tmp_path / "b.stl", unit)[0], PART * metres, rtol=1e-7)
 
 
 BAD_FILES: dict[str, tuple[bytes, str]] = {
@@ -115,7 +116,7 @@ def test_what_is_no_file_to_read_is_refused_unread(tmp_path: Path, make: Callabl
     path = tmp_path / "part.stl"
     make(path)
     with pytest.raises(MouldError, match=reason):
-        read_stl(path)
+        read_mesh(path)
 
 
 def test_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +128,7 @@ def test_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytest.
 
     monkeypatch.setattr(Path, "open", deny)  # the tests may run as root, whom nothing is denied
     with pytest.raises(MouldError, match="may not be read"):
-        read_stl(path)
+        read_mesh(path)
 
 
 @pytest.mark.parametrize("name", ["a\0b.stl", "x" * 5000 + ".stl"])
@@ -138,7 +139,7 @@ def test_name_that_no_file_can_have_is_refused(name: str) -> None:
 
 def test_unknown_unit_is_refused_with_the_known_ones(tmp_path: Path) -> None:
     with pytest.raises(MouldError, match="expected one of mm, m, inch"):
-        read_stl(tmp_path / "part.stl", "furlong")
+        read_mesh(tmp_path / "part.stl", "furlong")
 
 
 def load(path: Path, content: bytes) -> None:

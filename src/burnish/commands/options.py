@@ -10,6 +10,8 @@ from pathlib import Path
 
 from burnish.errors import InputError
 
+PATTERNS = ("raster", "cross_hatch", "spiral", "contour", "geodesic")
+"""Patterns that need no further figures."""
 MOULDS = "plate, dome, wave or mould, or the path of an STL file"
 
 
@@ -34,12 +36,63 @@ def add_polish(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=0, metavar="K", help="seed of all random errors (default: 0)")
     parser.add_argument("--out", metavar="DIR", help="folder for the results (default: a new one under runs/)")
+    _add_course(parser)
 
 
-def add_plan(parser: argparse.ArgumentParser) -> None:
-    """The options of ``burnish plan``."""
-    _add_work(parser)
-    parser.add_argument("--out", required=True, metavar="FILE.json", help="file for the plan: mould frame, m, m/s, N")
+def _add_course(parser: argparse.ArgumentParser) -> None:
+    """How a job is run."""
+    parser.add_argument("--recipe", metavar="FILE.toml", help="tool, passes, force, feed and limits (default: none)")
+    parser.add_argument("--pattern", choices=PATTERNS, help="how the mould is covered (default: parallel lines)")
+    parser.add_argument("--passes", type=int, default=1, metavar="N", help="how often it is done, 1 to 20 (default: 1)")
+    parser.add_argument(
+        "--skip",
+        type=stroke_numbers,
+        default=(),
+        metavar="K,K",
+        help="numbers of strokes that are left out, from 1 (default: none)",
+    )
+    parser.add_argument(
+        "--abrasive-life",
+        type=float,
+        metavar="M",
+        help="path that an abrasive does before the job stops for a new one, m (default: no limit)",
+    )
+    parser.add_argument(
+        "--search",
+        action="store_true",
+        help="look for a mould up to 50 mm and 30° off, by up to 12 touches (default: up to 2 mm and 2°)",
+    )
+    parser.add_argument(
+        "--stands",
+        type=three_numbers,
+        default=(0.0, 0.0, 0.0),
+        metavar="DX,DY,YAW",
+        help="where the simulated mould really stands off its place, m,m,° (default: 0,0,0)",
+    )
+    parser.add_argument(
+        "--resume",
+        metavar="DIR",
+        help="go on with the job of this folder where it stopped; its journal says all else (default: a new job)",
+    )
+
+
+def stroke_numbers(text: str) -> tuple[int, ...]:
+    """``3,5`` as whole numbers, for argparse.
+
+    Raises:
+        ValueError: it is none.
+    """
+    return tuple(int(number) for number in text.split(","))
+
+
+def three_numbers(text: str) -> tuple[float, float, float]:
+    """``0.03,-0.02,15`` as numbers, for argparse.
+
+    Raises:
+        ValueError: it is none.
+    """
+    x, y, yaw = (float(number) for number in text.split(","))
+    return x, y, yaw
 
 
 def add_connected(parser: argparse.ArgumentParser) -> None:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import argparse
-import json
+from collections.abc import Iterator
 from pathlib import Path
+
+import numpy as np
 
 from burnish.commands.options import check_writable
 from burnish.errors import InputError
-from burnish.model.model import Model
-from burnish.model.tool import PolishingTool
-from burnish.polish.cell import nominal_placement, tool_down
-from burnish.polish.cellsim import check_size, plan_strokes
-from burnish.polish.feasible import follow
-from burnish.polish.process import timed
-from burnish.polish.recipe import Recipe
-from burnish.polish.stroke import Stroke, as_plan
+from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size, plan_strokes
+from burnish.polish.check import CheckedPlan, check
+from burnish.polish.collision import Near
+from burnish.polish.plan_file import write_plan
+from burnish.polish.planned import planned
+from burnish.polish.recipe import Pass, Recipe
+from burnish.polish.recipe_file import PATTERNS, read_recipe
+from burnish.polish.stroke import Stroke
+from burnish.polish.ways import jaco2_workplace
 from burnish.surface import DistanceGrid, Mould
 
 
@@ -25,29 +28,55 @@ def run(options: argparse.Namespace) -> int:
     if path.is_dir():
         raise InputError(f"--out {path} is a folder; expected a file name such as plan.json")
     check_writable(path.parent)
-    recipe = Recipe(force=options.force, feed=options.feed)
+    recipe = _recipe(options)
     mould = Mould.load(options.mould, options.unit)
-    tool = PolishingTool()
-    check_size(mould, tool)
+    check_size(mould, recipe.tool)
     grid = DistanceGrid.of(mould)
-    strokes = plan_strokes(mould, grid, recipe, tool)
-    share = check_strokes(strokes, tool)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(as_plan(strokes)))
-    part.replace(path)
-    length = sum(stroke.length for stroke in strokes)
-    print(f"{mould.name}: {len(strokes)} strokes, {length:.2f} m, {100 * share:.0f} % of joint speed at most → {path}")
+    strokes = _strokes(recipe, mould, grid)
+    points = np.concatenate([stroke.points for stroke in strokes])
+    place = jaco2_workplace(mould, grid, strokes, recipe.tool, uncertainty=SLIDE + TURN * half_size(points))
+    plan = check(place, strokes, recipe, made_for=mould.sha256)
+    write_plan(path, plan.strokes, mould, recipe)
+    for line in _table(plan, mould, path, recipe):
+        print(line)
     return 0
 
 
-def check_strokes(strokes: list[Stroke], tool: PolishingTool) -> float:
-    """Largest share of joint speed over all strokes, where the mould is meant to stand.
+def _recipe(options: argparse.Namespace) -> Recipe:
+    """The recipe that was asked for, by a file or by options."""
+    given = {name: getattr(options, name) for name in ("force", "feed") if getattr(options, name) is not None}
+    pattern, file = getattr(options, "pattern", None), getattr(options, "recipe", None)
+    if file is not None:
+        if given or pattern is not None:
+            raise InputError("--recipe names force, feed and pattern already; leave out --force, --feed and --pattern")
+        return read_recipe(Path(file))
+    return Recipe(**given, passes=() if pattern is None else (Pass(pattern=PATTERNS[pattern]()),))
 
-    Raises:
-        PlanError: if the arm cannot follow one of them.
-    """
-    model = tool.on(Model.jaco2())
-    placement = nominal_placement(max(float(stroke.points[:, 2].max()) for stroke in strokes))
-    upright = tool_down(model)
-    return max(follow(model, timed(stroke, placement, upright)).speed_share for stroke in strokes)
+
+def _strokes(recipe: Recipe, mould: Mould, grid: DistanceGrid) -> list[Stroke]:
+    """The strokes of all passes; without passes those of ``burnish polish``."""
+    if not recipe.passes:
+        return plan_strokes(mould, grid, recipe, recipe.tool)
+    return [stroke for strokes in planned(recipe, mould, grid) for stroke in strokes]
+
+
+def _table(plan: CheckedPlan, mould: Mould, path: Path, recipe: Recipe) -> Iterator[str]:
+    """The result in a few lines, for a terminal."""
+    bounds, speed, torque, margin = recipe.limits, plan.speed, plan.torque, plan.joint_margin
+    yield f"{mould.name}: {len(plan.strokes)} strokes, {plan.length:.2f} m, {plan.duration:.0f} s → {path}"
+    yield f"  joint speed   {100 * speed.value:4.0f} % of the limit ({speed.what})"
+    yield f"  joint torque  {100 * torque.value:4.0f} % of the limit ({torque.what})"
+    yield f"  joint limit   {np.rad2deg(margin.value):4.0f}° away ({margin.what})"
+    yield f"  singularity   {1e3 * plan.singularity:4.0f} mm a radian (at least {1e3 * bounds.singularity:.0f})"
+    yield f"  clearance     {_distance(plan.clearances.around)}"
+    if plan.clearances.itself is not None:
+        yield f"  of itself     {_distance(plan.clearances.itself)}"
+    for note in plan.notes:
+        yield f"  note: {note}"
+
+
+def _distance(near: Near) -> str:
+    """A least distance and between what it is."""
+    if near.or_more:
+        return f"{1e3 * near.distance:4.0f} mm or more"
+    return f"{1e3 * near.distance:4.0f} mm ({near.first}, {near.second})"

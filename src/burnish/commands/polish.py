@@ -16,19 +16,25 @@ import numpy as np
 
 from burnish.analysis.arm_picture import arm_shapes, mould_shapes, trace_shape
 from burnish.analysis.metrics import Scalar, write_metrics
+from burnish.analysis.part import PartReport, write_part
 from burnish.analysis.render import Camera
 from burnish.analysis.report import Event as ReportEvent
 from burnish.analysis.report import RunReport, write_report
 from burnish.analysis.shape import Shape
-from burnish.commands.evaluate import Evaluation, evaluate
+from burnish.commands.course import Course, earlier
+from burnish.commands.evaluate import Evaluation
+from burnish.commands.judged import judged, passes_table, same_mould
 from burnish.commands.options import output_folder, relative
 from burnish.commands.order import Order
 from burnish.commands.progress import Progress
 from burnish.commands.work import Work, drive, model_hash, outcome, prepare, versions
+from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
+from burnish.polish.journal import NAME, Journal
 from burnish.polish.process import Job
 from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON
-from burnish.surface import Mould
+from burnish.record.described import fingerprint
+from burnish.surface import Mould, bundled
 
 DONE, STOPPED, INTERRUPTED = 0, 3, 130
 FORCE_LINE = (
@@ -42,38 +48,73 @@ SURFACE_LINE = (
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do the job and write ``run.mcap``, ``metrics.json`` and ``report.html``; nothing when it is refused."""
-    order = Order.asked(options)
-    folder = output_folder(options.out, "polish")
+    """Do the job, or what is left of it; nothing is written when it is refused."""
+    if options.resume is None:
+        course = Course.asked(options)
+        order, folder = Order.asked(options), output_folder(options.out, "polish")
+        _new(folder)
+        mould = Mould.load(order.mould, order.unit)
+    else:
+        folder = Path(options.resume)
+        before = earlier(folder)
+        course, mould_file = before.course, None if options.mould in bundled.NAMES else options.mould
+        order = Order.recorded(before.order, mould_file)
+        mould = Mould.load(order.mould, order.unit)
+        same_mould(mould, before, folder)
     with Progress() as progress:
         progress.stage("reading the mould")
-        work = prepare(order, Mould.load(order.mould, order.unit), progress)
+        work = prepare(order, mould, progress, course)
         folder.mkdir(parents=True, exist_ok=True)
-        with _interruptible() as asked:
-            wall = drive(work, folder / "run.mcap", progress, lambda count: asked.is_set())
+        recording = folder / ("run.mcap" if not course.runs else f"run-{course.runs + 1}.mcap")
+        about = {"order": order.as_metadata(), "course": course.as_record(), "mould_sha256": mould.sha256}
+        with Journal(folder / NAME, about) as journal, _interruptible() as asked:
+            wall = drive(work, recording, progress, lambda count: asked.is_set(), journal)
+        if journal.error is not None:
+            progress.warn(f"the journal ended early: {journal.error}; the job cannot go on from it")
         progress.stage("judging the surface")
-        job, robot = work.job, work.robot
-        result = evaluate(work.log, robot.truth, work.mould, work.grid, order.recipe, work.tool)
-        metrics: dict[str, Scalar] = result.metrics | {
-            "path_length_m": sum(stroke.length for stroke in work.strokes),
-            "duration_s": robot.time,
-            "realtime_factor": robot.time / wall,
-            "cycles": len(work.log.t),
-            "late_cycles": robot.late_cycles,
-            "supervisor_events": int(job.rig.supervisor.tripped),
-            "seed": order.seed,
-            "mould": work.mould.name,
-            "arm": order.arm,
-            "sensor": order.sensor,
-            "rate_Hz": order.rate,
-        }
+        result = judged(work, folder)
+        metrics = result.metrics | _figures(work, wall)
         write_metrics(folder / "metrics.json", metrics)
         progress.stage("writing the report")
-        write_report(_report(work, result, metrics), folder / "report.html")
-    _say(job, metrics, folder)
-    if job.interrupted:
+        report = _report(work, result, metrics)
+        write_report(report, folder / "report.html")
+        write_part(_part(work, result, report), folder / "part.html")
+        for sentence in work.job.drift.warnings():
+            progress.warn(sentence)
+    _say(work.job, metrics, folder)
+    if work.job.interrupted or work.job.pause is not None:
         return INTERRUPTED
-    return STOPPED if job.rig.supervisor.tripped or job.failure else DONE
+    return STOPPED if work.job.rig.supervisor.tripped or work.job.failure else DONE
+
+
+def _figures(work: Work, wall: float) -> dict[str, Scalar]:
+    """What a run is, beside what it reached."""
+    order, robot = work.order, work.robot
+    return {
+        "path_length_m": sum(leg.path.length - leg.lead for leg in work.job.legs),
+        "duration_s": robot.time,
+        "realtime_factor": robot.time / wall,
+        "cycles": len(work.log.t),
+        "late_cycles": robot.late_cycles,
+        "supervisor_events": int(work.job.rig.supervisor.tripped),
+        "seed": order.seed,
+        "mould": work.mould.name,
+        "arm": order.arm,
+        "sensor": order.sensor,
+        "rate_Hz": order.rate,
+    }
+
+
+def _new(folder: Path) -> None:
+    """Refuse to write over a job that could go on.
+
+    Raises:
+        InputError: the folder has a journal.
+    """
+    if (folder / NAME).exists():
+        raise InputError(
+            f"--out {folder} holds a job already; go on with it by --resume {folder}, or choose another folder"
+        )
 
 
 @contextmanager
@@ -129,6 +170,31 @@ def _report(work: Work, result: Evaluation, metrics: dict[str, Scalar]) -> RunRe
     )
 
 
+def _part(work: Work, result: Evaluation, report: RunReport) -> PartReport:
+    """What the customer of this part gets to read."""
+    recipe = work.course.recipe
+    return PartReport(
+        part=work.mould.name,
+        part_sha256=work.mould.sha256,
+        outcome=report.outcome,
+        metrics=report.metrics,
+        passes=passes_table(work, result),
+        recipe={
+            "contact force [N]": recipe.force,
+            "feed [mm/s]": 1e3 * recipe.feed,
+            "passes": work.course.repeats * max(1, len(recipe.passes)),
+            "abrasive": recipe.grit or "not stated",
+            "strokes left out on request": ", ".join(map(str, sorted(work.course.skipped))) or "none",
+        },
+        trace=dict(report.versions)
+        | {"limits": fingerprint(work.job.rig.supervisor.limits)[:16], "seed": str(work.order.seed)},
+        remarks=(*work.job.drift.warnings(), work.job.abrasive.says() + "."),
+        untold=work.job.untold,
+        target_um=1e6 * result.removal.target,
+        run=report,
+    )
+
+
 def _picture(job: Job, mould: Mould, result: Evaluation, tool: PolishingTool) -> tuple[list[Shape], Camera]:
     """The arm over the mould in the middle of its work, and a camera close to them."""
     pose = np.eye(4)
@@ -149,4 +215,6 @@ def _say(job: Job, metrics: Mapping[str, Any], folder: Path) -> None:
     if "force_rms_N" in metrics:
         print(FORCE_LINE.format(**metrics))
         print(SURFACE_LINE.format(**metrics))
+    if job.untold:
+        print(f"the touches could not tell: {job.untold}; there the mould is taken as planned")
     print(f"report: {relative(folder / 'report.html')}")

@@ -6,16 +6,23 @@ import hashlib
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
+from burnish.commands.course import LEARNT, Course
 from burnish.commands.evaluate import RunLog
 from burnish.commands.order import SENSES, Order
 from burnish.commands.progress import Progress
+from burnish.core import Sample, ToolReference
+from burnish.errors import InputError
 from burnish.model.model import JACO2_URDF
 from burnish.model.tool import PolishingTool
-from burnish.polish.cellsim import check_size, plan_strokes, simulated_job
+from burnish.polish.cell import nominal_placement
+from burnish.polish.cellsim import check_size, simulated_job
+from burnish.polish.journal import EVERY, Journal, Mark
+from burnish.polish.learn import Learner
+from burnish.polish.life import Abrasive
 from burnish.polish.process import Job
 from burnish.polish.stroke import Stroke
 from burnish.record.described import described, fingerprint
@@ -49,6 +56,10 @@ class Work:
     """What the loop sees."""
     expected: float
     """Time that the passes will take [s]."""
+    course: Course = field(default_factory=Course)
+    """How it is run."""
+    spans: list[tuple[int, float, float]] = field(default_factory=list)
+    """Pass, start and end of each piece of work [s]."""
 
     def metadata(self) -> dict[str, str]:
         """What a reader of the recording needs to know of the run."""
@@ -56,6 +67,7 @@ class Work:
         return (
             {"verb": "polish"}
             | self.order.as_metadata()
+            | self.course.as_metadata()
             | {"mould": self.mould.name}
             | versions()
             | {"python": platform.python_version()}
@@ -67,17 +79,30 @@ class Work:
         )
 
 
-def prepare(order: Order, mould: Mould, progress: Progress) -> Work:
+def prepare(order: Order, mould: Mould, progress: Progress, course: Course | None = None) -> Work:
     """Plan the job and set the arm up.
 
+    Args:
+        order: what was asked for.
+        mould: the part.
+        progress: is told what is being done.
+        course: how it is run; the order's force and feed once over the part without it.
+
     Raises:
-        InputError: if the arm cannot do it.
+        InputError: if the arm cannot do it, or nothing of it is left to do.
     """
-    tool = PolishingTool()
+    course = Course(recipe=order.recipe) if course is None else course
+    tool = course.recipe.tool
     check_size(mould, tool)
-    grid = DistanceGrid.of(mould)
+    grid = course.grid(mould)
     progress.stage("planning the path")
-    strokes = plan_strokes(mould, grid, order.recipe, tool)
+    every = course.legs(mould, grid)
+    legs = course.left(every)
+    if not legs:
+        raise InputError("all strokes of the job are done; there is nothing to go on with")
+    # Where it is touched is the same for what is left of a job as for all of it.
+    strokes = [leg.path for leg in every]
+    top = max(float(stroke.points[:, 2].max()) for stroke in strokes)
     log = RunLog()
     job, robot = simulated_job(
         grid,
@@ -87,7 +112,12 @@ def prepare(order: Order, mould: Mould, progress: Progress) -> Work:
         felt=SENSES[order.sensor],
         tool=tool,
         on_phase=lambda phase: log.phases.append((robot.time, phase)),
+        stands=course.placed(nominal_placement(top)),
+        finder=course.finder(),
     )
+    job.legs = legs
+    job.abrasive = _abrasive(course, tool)
+    job.learner = Learner(gain=LEARNT if course.repeats > 1 else 0.0)
     paths, _ = job.plan()
     return Work(
         order=order,
@@ -99,10 +129,25 @@ def prepare(order: Order, mould: Mould, progress: Progress) -> Work:
         robot=robot,
         log=log,
         expected=sum(path.duration for path in paths),
+        course=course,
     )
 
 
-def drive(work: Work, path: Path, progress: Progress, stop: Callable[[int], bool]) -> float:
+def _abrasive(course: Course, tool: PolishingTool) -> Abrasive:
+    """The abrasive in use: a new one, or that of the run before unless it was changed."""
+    mark = course.since
+    worn = mark is not None and mark.phase != "change"
+    return Abrasive(
+        most_metres=course.most_metres,
+        friction=tool.friction,
+        metres=mark.metres if mark is not None and worn else 0.0,
+        joules=mark.joules if mark is not None and worn else 0.0,
+    )
+
+
+def drive(
+    work: Work, path: Path, progress: Progress, stop: Callable[[int], bool], journal: Journal | None = None
+) -> float:
     """Run the job to the arm at rest, recorded to a file.
 
     Args:
@@ -111,6 +156,7 @@ def drive(work: Work, path: Path, progress: Progress, stop: Callable[[int], bool
         progress: is told of every cycle.
         stop: asked after each cycle, with its number from 1, whether the job is to end early. That this is the only
             moment makes an interrupted run repeatable.
+        journal: is told of every millimetre that is done, if there is one.
 
     Returns:
         The wall time that it took [s].
@@ -118,22 +164,77 @@ def drive(work: Work, path: Path, progress: Progress, stop: Callable[[int], bool
     job, robot = work.job, work.robot
     start = time.perf_counter()
     done = 0.0
+    notes = Notes(work=work, journal=journal)
     with robot, Recorder(path, joint_names=job.rig.model.joint_names, metadata=work.metadata()) as recorder:
         for count, sample in enumerate(job.run(), 1):
             recorder.record(sample, job.phase)
             recorder.catch_up()
             work.log.add(sample)
+            notes.add(sample)
             if job.phase == "pass":
                 done += robot.period
             progress.update(job.phase, done / work.expected)
             if stop(count) and not job.interrupted:
                 recorder.end_with(interrupted_after=str(count))
                 job.interrupt()
+        notes.end()
         recorder.end_with(outcome=outcome(job))
     wall = time.perf_counter() - start
     if recorder.error is not None:
         progress.warn(f"the recording ended early: {recorder.error}")
     return wall
+
+
+@dataclass(kw_only=True)
+class Notes:
+    """Tells the journal how far the job is, and the work when each pass was under way."""
+
+    work: Work
+    journal: Journal | None
+    _last: tuple[int, str, float] = field(default=(-1, "", 0.0), init=False, repr=False)
+    _force: list[float] = field(default_factory=list, init=False, repr=False)
+
+    def add(self, sample: Sample) -> None:
+        """One cycle."""
+        job = self.work.job
+        leg, phase, s = self._last
+        reference = sample.reference
+        if isinstance(reference, ToolReference) and reference.normal is not None and sample.arm.F is not None:
+            self._force.append(float(reference.normal @ sample.arm.F[:3]))
+        if (job.stroke, job.phase) != (leg, phase):
+            if job.phase == "pass":
+                self.work.spans.append((job.leg.number, sample.arm.t, sample.arm.t))
+            self._mark(job.phase, sample.arm.t)
+        elif job.phase == "pass":
+            number, start, _ = self.work.spans[-1]
+            self.work.spans[-1] = (number, start, sample.arm.t)
+            if job.worked - s >= EVERY:
+                self._mark(job.phase, sample.arm.t)
+
+    def end(self) -> None:
+        """The run is over."""
+        job = self.work.job
+        unfinished = job.interrupted or job.failure is not None or job.rig.supervisor.tripped
+        self._mark("stopped" if unfinished else "change" if job.pause is not None else "done", job.arm().t)
+
+    def _mark(self, phase: str, t: float) -> None:
+        job = self.work.job
+        self._last = (job.stroke, phase, job.worked)
+        force = sum(self._force) / len(self._force) if self._force else 0.0
+        self._force.clear()
+        if self.journal is not None and job.located:
+            self.journal.add(
+                Mark(
+                    number=job.leg.number,
+                    stroke=job.leg.stroke,
+                    s=job.worked,
+                    phase=phase,
+                    force=force,
+                    t=t,
+                    metres=job.abrasive.metres,
+                    joules=job.abrasive.joules,
+                )
+            )
 
 
 def outcome(job: Job) -> str:
@@ -143,7 +244,9 @@ def outcome(job: Job) -> str:
         return f"stopped by the supervisor: {event.cause}"
     if job.failure is not None:
         return f"stopped: {job.failure}"
-    return "interrupted" if job.interrupted else "done"
+    if job.interrupted:
+        return "interrupted"
+    return "done" if job.pause is None else f"paused: {job.pause}"
 
 
 def versions() -> dict[str, str]:

@@ -16,6 +16,7 @@ from burnish.control.hybrid import Hybrid, HybridNullSpace
 from burnish.control.impedance import Impedance, InertiaShapingImpedance, RedundantImpedance
 from burnish.control.joint import ComputedTorque, GravityCompensation
 from burnish.control.nullspace import DynamicNullSpace, GeometricNullSpace, PostureReference
+from burnish.control.observer import MomentumSense as MomentumSense
 from burnish.control.operational import OperationalSpace
 from burnish.control.secondary import LimitAvoidance as LimitAvoidance
 from burnish.control.secondary import Posture as Posture

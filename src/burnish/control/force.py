@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import exp, sqrt
+from operator import mul
 
 import numpy as np
 
 from burnish.control.checks import need_tool_reference
+from burnish.control.tank import EnergyTank
 from burnish.core import SINGULAR_MOBILITY, Array, Dynamics, ToolReference
 from burnish.errors import InputError
 from burnish.model.friction import Friction
+from burnish.model.spin import SpinningTip
 from burnish.rotation import continuous_error_of
 
 STANDSTILL = 2e-3
 """Planned speed below which the friction of the tip is no longer fed forward in full [m/s]."""
-NOTHING = (0.0,) * 6
+Wrench = tuple[float, float, float, float, float, float]
+BLEND = 1e-4
+"""Way at both ends of seeking over which its friction is blended in [m]: 20 ms of it."""
+SOFT_TIP = 12e3
+"""Stiffness of the tip for which the gains along the normal are tuned [N/m]."""
+FELT = 100e3
+"""Stiffness of felt on steel, behind every tip [N/m]."""
+NOTHING: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """No wrench [N, N·m]."""
 
 
@@ -25,13 +35,27 @@ class ForceMotion:
 
         a   = a_d + K_d (v_d − v) + K_p e + K_i ∫e,     e = [p_d − p; θu]
         f   = f_d + k_f (f_d − f_n) + k_i ∫(f_d − f_n)                     (pressing, along −n)
-        τ   = Jᵀ [ Λ (P a − J̇q̇) − n (c f + D_n v_n) + µ f_d v̂_t ] + h + g + τ_friction(q̇_d)
+        τ   = Jᵀ [ Λ (P a − J̇q̇) − n (c f + D_n v_n) + c µ f_d v̂_t ] + h + g + τ_friction(q̇_d)
 
     with f_n = n·F the measured contact force, P = I − c n nᵀ on the linear part, and c in [0, 1] the confidence
     that the tool touches. It fades to 0 when the force is lost: the normal direction is then held by position like
     the others, so the tool does not lunge, and looks for the surface a few millimetres down at the speed of a guarded
     approach. Without a normal in the reference c = 0: pure motion. τ_friction is compensated at the **planned** joint
-    speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs.
+    speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs. With `spinning` the drag of a tip that a spindle
+    turns, at the planned motion and tilt, takes the place of −µ f_d v̂_t.
+
+    A reference may ask for a share s of the stiffness, to be softer at an edge say: K_p becomes s K_p and K_d √s K_d,
+    so the damping ratio stays. s above 1 wants a loop that is fast enough for it.
+
+    Force and integrals are not passive. At the velocity against the reference, ṽ = v − v_d, they put in the power P,
+    and the dampers along the surface and in orientation take D out:
+
+        P = ṽᵀ (Λ P K_i ∫e − n c f),    D = ṽᵀ Λ P K_d ṽ,    ∫ α P dt  ≤  tank + ∫ max(D, 0) dt  at every instant
+
+    because both terms are scaled by the α of an `EnergyTank`. With Λ constant the stored energy
+    ½ ṽᵀΛṽ + ½ eᵀΛK_p e so grows by no more than `tank` and what the contact does to the tool. Not counted is what
+    belongs to the reference: a_d, seeking, and both frictions at the planned motion. D_n refills nothing, so the tool
+    lunges no farther than tank/f into what gives way. With energy left, α is 1. `reset` fills the tank.
 
     Gravity is included. Source: the operational-space law of the blog (Khatib), thesis B ch. 4 for the impedance
     along the surface; force along the normal, its fading and the friction feed-forward are ours.
@@ -71,6 +95,10 @@ class ForceMotion:
     """How far below the planned surface it looks [m]."""
     fade_time: float = 0.04
     """Time constant of c [s]."""
+    spinning: SpinningTip | None = None
+    """The tip, if a spindle turns it; None only slides."""
+    tank: float = 0.3
+    """Energy that force and integrals may put in beyond what they get back [J]: 10 N over 30 mm."""
     _integral: list[float] = field(default_factory=lambda: [0.0] * 6, init=False, repr=False)
     _force_integral: float = field(default=0.0, init=False, repr=False)
     _contact: float = field(default=0.0, init=False, repr=False)
@@ -78,9 +106,10 @@ class ForceMotion:
     _t: float = field(default=0.0, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("position_frequency", "orientation_frequency", "damping_ratio", "fade_time"):
+        for name in ("position_frequency", "orientation_frequency", "damping_ratio", "fade_time", "tank"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"ForceMotion: {name} = {getattr(self, name)}; expected more than 0")
+        self._tank = EnergyTank(capacity=self.tank)
         kp = np.repeat([self.position_frequency**2, self.orientation_frequency**2], 3)
         self._kp = kp.tolist()
         self._kd = (2.0 * self.damping_ratio * np.sqrt(kp)).tolist()
@@ -98,40 +127,73 @@ class ForceMotion:
         self._force_integral = 0.0
         self._contact = 0.0
         self._sunk = 0.0
+        self._tank.fill()
         self._t = arm.t
+
+    def against(self, stiffness: float) -> ForceMotion:
+        """This law for a tip of this stiffness [N/m]: the stiffer the contact, the less D_n and k_f.
+
+        A stiffer contact rings faster, and there what acts late no longer damps but drives: with 21 ms of dead time
+        D_n turns from brake to motor at 75 rad/s, 12 Hz. Both gains go with the inverse of the stiffness of tip and
+        felt in series, down from that of a tip of 12 kN/m; found by trial with tips of 30 and 100 kN/m.
+        """
+        share = min(1.0, _with_felt(SOFT_TIP) / _with_felt(stiffness))
+        return replace(self, normal_damping=share * self.normal_damping, force_gain=share * self.force_gain)
+
+    @property
+    def energy(self) -> float:
+        """What is left in the tank [J]."""
+        return self._tank.level
 
     def torque(self, arm: Dynamics, reference: ToolReference) -> Array:
         """Joint torques [N·m], (n,), gravity included."""
         need_tool_reference(self, reference)
         dt, self._t = arm.t - self._t, arm.t
+        Lambda, lag = arm.Lambda, reference.v - arm.v
         # In plain floats: six numbers at a time they are twice as fast as arrays.
         e = [*(reference.p - arm.p).tolist(), *continuous_error_of(arm.R, reference.R)]
-        slip = (reference.v - arm.v).tolist()
-        most = self.integral_acceleration
+        slip = lag.tolist()
+        kp, kd = self._kp, self._kd
+        if reference.stiffness != 1.0:
+            root = sqrt(reference.stiffness)
+            kp, kd = [reference.stiffness * k for k in kp], [root * d for d in kd]
+        most, share = self.integral_acceleration, self._tank.share
         grown = (i + dt * k * x for i, k, x in zip(self._integral, self._ki, e, strict=True))
         self._integral = [most if i > most else -most if i < -most else i for i in grown]
-        gains = zip(self._kd, slip, self._kp, e, self._integral, strict=True)
-        feedback = [d * s + k * x + i for d, s, k, x, i in gains]
+        gains = zip(kd, slip, self._integral, strict=True)
+        counted = [d * s + share * i for d, s, i in gains]
+        feedback = [k * x + y for k, x, y in zip(kp, e, counted, strict=True)]
+        momentum = Lambda.dot(lag).tolist()
+        energy = dt * sum(map(mul, momentum, counted))
         held = NOTHING
         if reference.normal is not None and arm.F is not None:
-            held = self._force(arm.F.tolist(), slip, feedback, reference, dt)
-        Lambda = arm.Lambda
+            n = reference.normal.tolist()
+            c, press = self._press(_along(n, arm.F.tolist()), reference.force, dt)
+            press *= c * share
+            energy -= dt * (c * _along(n, momentum) * _along(n, counted) + press * _along(n, slip))
+            self._leave(n, c, feedback, dt)
+            held = self._held(n, c, c * self.normal_damping * _along(n, slip) - press, reference)
+        self._tank.add(energy)
         wrench = Lambda.dot(reference.a - arm.dJdq + np.array(feedback)) + held
         tau = wrench.dot(arm.J) + arm.h + arm.g
         if self.friction is not None:
-            planned = arm.J_bar.dot(reference.v)
+            planned = arm.J_bar.dot(self._meant(reference))
             # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
             close = SINGULAR_MOBILITY**2 * float(np.vdot(Lambda, Lambda))
             tau += self.friction_share / (1.0 + close**4) * self.friction.torque(planned)
         return np.asarray(tau)
 
-    def _force(
-        self, F: list[float], slip: list[float], feedback: list[float], reference: ToolReference, dt: float
-    ) -> tuple[float, ...]:
-        """Wrench on the surface [N, N·m], (6,); takes what is then not theirs from the feedback and its integral."""
-        assert reference.normal is not None, "asked only where something is pressed"
-        n, v = reference.normal.tolist(), reference.v.tolist()
-        c, press = self._press(_along(n, F), reference.force, dt)
+    def _meant(self, reference: ToolReference) -> Array:
+        """The planned twist, and with it the seeking of a surface that was lost: stuck joints would not do it."""
+        sinks = (1.0 - 2.0 * self._contact) * min(1.0, self._sunk / BLEND, (self.seek_depth - self._sunk) / BLEND)
+        if reference.normal is None or sinks <= 0.0:
+            return reference.v
+        v = reference.v.copy()
+        v[:3] -= sinks * self.seek_speed * reference.normal
+        return v
+
+    def _leave(self, n: list[float], c: float, feedback: list[float], dt: float) -> None:
+        """Take from the feedback and its integral what the surface holds."""
         seek = self._seek(c, dt)
         # What the surface holds is not for the integral to gather: the normal turns along the path.
         gathered = c * _along(n, self._integral)
@@ -140,11 +202,19 @@ class ForceMotion:
         for i in range(3):
             self._integral[i] -= gathered * n[i]
             feedback[i] -= asked * n[i]
-        # The friction of the tip, along the planned motion over the surface v_t = v − n (n·v).
+
+    def _held(self, n: list[float], c: float, push: float, reference: ToolReference) -> Wrench:
+        """The push along n, and against the friction of the tip at the planned motion [N, N·m]."""
+        v = reference.v.tolist()
+        if self.spinning is not None:
+            axis = reference.R[:, 2].tolist()
+            (x, y, z), (mx, my, mz) = self.spinning.drag(c * reference.force, n, axis, v)
+            return push * n[0] - x, push * n[1] - y, push * n[2] - z, -mx, -my, -mz
+        # Along the planned motion over the surface v_t = v − n (n·v).
         planned = _along(n, v)
         speed = sqrt(max(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - planned * planned, 0.0) + STANDSTILL**2)
         drag = c * self.surface_friction * reference.force / speed
-        push = c * (self.normal_damping * _along(n, slip) - press) - drag * planned
+        push -= drag * planned
         return push * n[0] + drag * v[0], push * n[1] + drag * v[1], push * n[2] + drag * v[2], 0.0, 0.0, 0.0
 
     def _press(self, measured: float, wanted: float, dt: float) -> tuple[float, float]:
@@ -162,6 +232,11 @@ class ForceMotion:
         rate = self.seek_speed * (1.0 - 2.0 * c)
         self._sunk = min(max(self._sunk + rate * dt, 0.0), self.seek_depth)
         return self.position_frequency**2 * self._sunk
+
+
+def _with_felt(stiffness: float) -> float:
+    """Stiffness of a tip and the felt one behind the other [N/m]."""
+    return stiffness * FELT / (stiffness + FELT)
 
 
 def _along(n: list[float], v: list[float]) -> float:

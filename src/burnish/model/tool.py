@@ -9,6 +9,7 @@ import numpy as np
 from burnish.core import Array
 from burnish.errors import InputError
 from burnish.model.model import Model
+from burnish.model.spin import SpinningTip
 
 TIP_FRAME = "tip"
 
@@ -40,10 +41,14 @@ class PolishingTool:
     """Effective contact modulus E* of felt on steel [Pa]; sets the width of a track. A typical value, not measured."""
     friction: float = 0.3
     """Coulomb friction of felt on the work-piece; a typical value, not measured."""
+    spindle: float = 0.0
+    """Speed of the tip about the tool's z axis, right-handed [rad/s]; 0 does not spin."""
 
     def __post_init__(self) -> None:
+        if not np.isfinite(self.spindle):
+            raise InputError(f"PolishingTool: spindle = {self.spindle}; expected a finite number of rad/s")
         for name, value in vars(self).items():
-            if not (np.isfinite(value) and value > 0.0):
+            if name != "spindle" and not (np.isfinite(value) and value > 0.0):
                 raise InputError(f"PolishingTool: {name} = {value}; expected a finite number more than 0")
 
     @property
@@ -77,6 +82,13 @@ class PolishingTool:
     def tip_inertia(self) -> Array:
         """Principal inertia of the tip about its centre, a solid sphere, (3,) [kg·m²]."""
         return np.full(3, 0.4 * self.tip_mass * self.tip_radius**2)
+
+    @property
+    def spinning(self) -> SpinningTip | None:
+        """The tip with its spindle; None if it does not spin."""
+        if self.spindle == 0.0:
+            return None
+        return SpinningTip(spindle=self.spindle, friction=self.friction, radius=self.tip_radius, modulus=self.modulus)
 
     def on(self, model: Model) -> Model:
         """The model with this tool in its tool frame: both masses, and the tool frame ``tip`` at the apex."""

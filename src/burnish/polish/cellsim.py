@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +10,13 @@ import numpy as np
 from burnish.control.force import ForceMotion
 from burnish.control.joint import ComputedTorque
 from burnish.control.wrench import ContactSense, JointSense, WristSense
-from burnish.core import Array
+from burnish.core import Array, Sample
 from burnish.model.ik import inverse_kinematics
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
-from burnish.polish.cell import HOME, READY, nominal_placement, tool_down
+from burnish.polish.cell import HOME, READY, Placement, nominal_placement, tool_down
 from burnish.polish.hertz import recommended_step
+from burnish.polish.moves import Moves, five_touches
 from burnish.polish.process import Job
 from burnish.polish.recipe import MARGIN, Recipe
 from burnish.polish.stroke import Stroke
@@ -95,6 +96,8 @@ def simulated_job(
     tool: PolishingTool,
     on_phase: Callable[[str], None],
     real_grid: DistanceGrid | None = None,
+    stands: Placement | None = None,
+    finder: Callable[[Moves], Iterator[Sample]] = five_touches,
 ) -> tuple[Job, SimRobot]:
     """A job and the simulated arm that does it.
 
@@ -107,10 +110,13 @@ def simulated_job(
         tool: the tool in its hand.
         on_phase: called at the start of each phase.
         real_grid: the mould that really lies there; the planned one without it.
+        stands: where it really stands, but for what the arm draws; where it is meant to without it.
+        finder: how the job finds it.
     """
     points = np.concatenate([stroke.points for stroke in strokes])
     placement = nominal_placement(float(points[:, 2].max()))
-    real = Workpiece(grid=grid if real_grid is None else real_grid, p=placement.p, R=placement.R)
+    there = placement if stands is None else stands
+    real = Workpiece(grid=grid if real_grid is None else real_grid, p=there.p, R=there.R)
     rig, robot = simulated_rig(arm, real, rate=rate, felt=felt, tool=tool)
     job = Job(
         rig=rig,
@@ -124,6 +130,7 @@ def simulated_job(
         home=HOME,
         touch_force=felt.touch_force,
         uncertainty=SLIDE + TURN * half_size(points),
+        finder=finder,
         on_phase=on_phase,
     )
     return job, robot

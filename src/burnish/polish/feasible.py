@@ -8,7 +8,7 @@ import numpy as np
 
 from burnish.core import Array
 from burnish.errors import PlanError
-from burnish.model.ik import POSITION_TOLERANCE, ROTATION_TOLERANCE, inverse_kinematics, solve
+from burnish.model.ik import AT_LIMIT, POSITION_TOLERANCE, ROTATION_TOLERANCE, inverse_kinematics, solve
 from burnish.model.model import Model
 from burnish.polish.cell import READY
 from burnish.rotation import interpolate
@@ -103,3 +103,36 @@ def _limits(model: Model, q: Array) -> None:
             f"the path brings joint {i + 1} within {np.rad2deg(short[i]):.1f}° of its limit; "
             f"expected {np.rad2deg(LIMIT_MARGIN):.0f}°. Use a smaller mould"
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """Joint positions along poses, as far as the arm can follow them."""
+
+    q: Array
+    """Joint positions at the poses that were reached [rad], (K, n)."""
+    failure: str | None
+    """Why the next pose cannot be reached, or None when all were."""
+
+
+def track(model: Model, p: Array, R: Array, q: Array) -> Track:
+    """Follow poses, base frame [m], (K, 3), (K, 3, 3), from joint positions ``q`` near the first one.
+
+    Each pose begins at the solution of the one before, so the arm never changes its configuration on the way.
+    """
+    joints: list[Array] = []
+    for position, rotation in zip(p, R, strict=True):
+        near, left, turn = solve(model, position, rotation, q)
+        short = model.limit_distance(near)
+        on = int(np.argmin(short))
+        if left > POSITION_TOLERANCE or turn > ROTATION_TOLERANCE:
+            why = f"joint {on + 1} stands on its limit" if short[on] < AT_LIMIT else "it is out of the arm's reach"
+            failure = f"{why}: {1e3 * left:.1f} mm and {np.rad2deg(turn):.1f}° are left"
+            return Track(q=np.array(joints).reshape(-1, model.n), failure=failure)
+        if joints and np.abs(near - q).max() > JUMP:
+            jump = int(np.argmax(np.abs(near - q)))
+            failure = f"joint {jump + 1} would have to jump by {np.rad2deg(abs(near - q)[jump]):.0f}°"
+            return Track(q=np.array(joints), failure=failure)
+        q = near
+        joints.append(q)
+    return Track(q=np.array(joints), failure=None)

@@ -18,6 +18,9 @@ STEP_OVER_WIDTH = 0.3
 """Distance of parallel tracks over the width of the contact: up to 0.4 the removal of a Hertz patch stays even
 within 2 %, from 0.5 on within 10 % (integrated across the tracks). A choice on the safe side."""
 
+FELT = 2e6
+"""Contact modulus E* of felt on steel [Pa]. A typical value, not measured."""
+
 
 def contact_radius(force: ArrayLike, tip_radius: float, surface_curvature: ArrayLike, modulus: float) -> Array:
     """Radius a of the contact [m], in the shape of force and curvature.

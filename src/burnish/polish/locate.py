@@ -19,6 +19,10 @@ TOUCH_DOUBT = 0.1e-3
 GATE = 0.5e-3
 """What a touch may be left off the located surface [m]."""
 
+TOLD = np.repeat([0.5e-3, np.deg2rad(0.5)], 3)
+"""Standard deviation of shift [m] and turn [rad] above which a direction counts as not told by the touches."""
+AXES = ("shift along x", "shift along y", "shift along z", "turn about x", "turn about y", "turn about z")
+
 
 def touch_points(points: Array, count: int = 5) -> Array:
     """Indices of ``count`` path points that lie far from each other, in the order of a short way round.
@@ -76,3 +80,24 @@ def locate(grid: DistanceGrid, nominal: Placement, centres: Array, radius: float
             f"{1e3 * GATE:.1f} mm. Check that this mould is mounted, and how"
         )
     return placement
+
+
+def doubt_left(grid: DistanceGrid, placement: Placement, centres: Array, radius: float) -> Array:
+    """Standard deviation of shift and turn that the touches leave, base axes [m, rad], (6,).
+
+    The square root of the diagonal of (AᵀA/σ² + diag(prior⁻²))⁻¹ at the located placement; arguments as for `locate`.
+    """
+    _, gradient = grid.at((centres - placement.p) @ placement.R)
+    n = gradient @ placement.R.T
+    A = -np.column_stack([n, np.cross(centres - centres.mean(axis=0), n)]) / TOUCH_DOUBT
+    doubt = np.repeat([SHIFT_DOUBT, TURN_DOUBT], 3)
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(A.T @ A + np.diag(doubt**-2)))))
+
+
+def untold(spread: Array) -> str:
+    """What a standard deviation of shift and turn (6,) leaves open, in words for an operator; empty if nothing."""
+    return ", ".join(
+        f"{name} (±{1e3 * value:.1f} mm)" if i < 3 else f"{name} (±{np.rad2deg(value):.1f}°)"
+        for i, (name, value) in enumerate(zip(AXES, spread, strict=True))
+        if value > TOLD[i]
+    )

@@ -14,7 +14,7 @@ from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
 from burnish.polish.cell import READY, Placement
 from burnish.polish.feasible import joint_travel_time, travel_time
-from burnish.polish.locate import locate, touch_points
+from burnish.polish.locate import doubt_left, locate, touch_points, untold
 from burnish.polish.stroke import Stroke
 from burnish.runtime.loop import Rig, control
 from burnish.surface import DistanceGrid
@@ -35,6 +35,30 @@ NEARBY = 5e-3
 """Way so short that the tool need not rise for it [m]."""
 SEARCH = 6e-3
 """How far below its nominal place a mould is still looked for [m]."""
+
+
+def five_touches(moves: Moves) -> Iterator[Sample]:
+    """Find a mould that is nearly in its place: from home to it, and touch it at five points of its upper side."""
+    points = np.concatenate([stroke.points for stroke in moves.strokes])
+    normals = np.concatenate([stroke.normals for stroke in moves.strokes])
+    order = touch_points(points)
+    targets = moves.placement.points(points[order])
+    outward = moves.placement.directions(normals[order])
+    first = targets[0] + (moves.uncertainty + 0.05) * np.array([0.0, 0.0, 1.0])
+    q = inverse_kinematics(moves.rig.model, first, moves.upright, READY)
+    yield from moves.joints(nearest_turn(moves.rig.model.lower, moves.home, q))
+    centres: list[Array] = []
+    for p, n in zip(targets, outward, strict=True):
+        yield from moves.approach("touch", p, n, tool_rotation(n, moves.upright))
+        if moves.stopping:
+            return
+        centres.append(moves.tip_centre())
+        yield from moves.lift(n)
+    touched = np.array(centres)
+    moves.placement = locate(moves.grid, moves.placement, touched, moves.tool.tip_radius)
+    moves.untold = untold(doubt_left(moves.grid, moves.placement, touched, moves.tool.tip_radius))
+    # What is left is the error of a touch, not of the mounting.
+    moves.uncertainty = 1e-3
 
 
 @dataclass(kw_only=True)
@@ -63,12 +87,16 @@ class Moves:
     """Force that counts as a touch [N]."""
     uncertainty: float
     """How far the surface may lie from its nominal place [m]."""
+    finder: Callable[[Moves], Iterator[Sample]] = five_touches
+    """How the mould is found; `search.Wide` looks for one that may stand centimetres away."""
     on_phase: Callable[[str], None] = lambda phase: None
     """Called at the start of each phase."""
     phase: str = field(default="start", init=False)
     """The phase of the last sample."""
     failure: str | None = field(default=None, init=False)
     """Why the job gave up, or None."""
+    untold: str = field(default="", init=False)
+    """What the touches could not tell of where the mould stands, in words."""
     _interrupted: bool = field(default=False, init=False)
 
     def interrupt(self) -> None:
@@ -86,25 +114,8 @@ class Moves:
         return self._interrupted or self.failure is not None or self.rig.supervisor.tripped
 
     def find(self) -> Iterator[Sample]:
-        """From home to the mould; touch it at a few points and take its placement from them."""
-        points = np.concatenate([stroke.points for stroke in self.strokes])
-        normals = np.concatenate([stroke.normals for stroke in self.strokes])
-        order = touch_points(points)
-        targets = self.placement.points(points[order])
-        outward = self.placement.directions(normals[order])
-        first = targets[0] + (self.uncertainty + 0.05) * np.array([0.0, 0.0, 1.0])
-        q = inverse_kinematics(self.rig.model, first, self.upright, READY)
-        yield from self.joints(nearest_turn(self.rig.model.lower, self.home, q))
-        centres: list[Array] = []
-        for p, n in zip(targets, outward, strict=True):
-            yield from self.approach("touch", p, n, tool_rotation(n, self.upright))
-            if self.stopping:
-                return
-            centres.append(self.tip_centre())
-            yield from self.lift(n)
-        self.placement = locate(self.grid, self.placement, np.array(centres), self.tool.tip_radius)
-        # What is left is the error of a touch, not of the mounting.
-        self.uncertainty = 1e-3
+        """From home to the mould; touch it and take its placement from what was felt."""
+        yield from self.finder(self)
 
     def approach(self, phase: str, p: Array, n: Array, R: Array) -> Iterator[Sample]:
         """Go above a point, tare in free air, and descend along its normal until it is felt."""

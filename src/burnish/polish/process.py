@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from burnish.control.joint import GravityCompensation
-from burnish.core import Array, Sample
+from burnish.core import Array, Sample, ToolReference
 from burnish.errors import PlanError
 from burnish.model.ik import inverse_kinematics
 from burnish.polish.cell import READY, Placement
+from burnish.polish.drift import Drift
 from burnish.polish.feasible import JointPath, follow
+from burnish.polish.learn import Learner
+from burnish.polish.life import Abrasive
 from burnish.polish.moves import Moves
+from burnish.polish.passes import Leg, legs_of, split
 from burnish.polish.stroke import Stroke
 from burnish.trajectory import CubicPose, Hold, SurfacePath, TimedPath
 from burnish.trajectory.path import feed_share, time_path, tool_rotation
@@ -30,18 +34,42 @@ SETTLE = 1.0
 class Job(Moves):
     """One job on one mould; `run` yields its samples, `phase` says which part of it they belong to."""
 
+    legs: list[Leg] = field(default_factory=list)
+    """What is to be worked, in order; all strokes once if it is left empty."""
+    abrasive: Abrasive = field(default_factory=Abrasive)
+    """What the tool rubs with; the job pauses where it is worn."""
+    learner: Learner = field(default_factory=Learner)
+    """Corrects the height of the path from pass to pass."""
+    drift: Drift = field(default_factory=Drift)
+    """Watches the stiffness of the contact from pass to pass."""
     stroke: int = field(default=0, init=False)
-    """Number of the stroke under work."""
+    """Number of the leg under work."""
     follower: SurfacePath | None = field(default=None, init=False)
     """The pass under way, for progress."""
+    worked: float = field(default=0.0, init=False)
+    """Path length of the stroke under work that is done [m]."""
+    located: bool = field(default=False, init=False)
+    """Whether the mould was found, and the work has begun."""
+    pause: str | None = field(default=None, init=False)
+    """Why the job ended before all was worked, though nothing went wrong."""
+    _at: Array | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.legs:
+            self.legs = legs_of([self.strokes])
+
+    @property
+    def leg(self) -> Leg:
+        """The leg under work."""
+        return self.legs[self.stroke]
 
     def plan(self) -> tuple[list[TimedPath], JointPath]:
-        """The timed strokes at today's placement, checked.
+        """The timed legs at today's placement, checked.
 
         Raises:
             PlanError: if the arm cannot follow them.
         """
-        paths = [timed(stroke, self.placement, self.upright) for stroke in self.strokes]
+        paths = [timed(leg.path, self.placement, self.upright) for leg in self.legs]
         reaches = [follow(self.rig.model, path) for path in paths]
         return paths, max(reaches, key=lambda reach: reach.speed_share)
 
@@ -59,36 +87,115 @@ class Job(Moves):
         """All samples of the job, to the arm at rest."""
         try:
             yield from self.find()
+            self.located = not self.stopping
             paths, _ = self.plan() if not self.stopping else ([], None)
-            for self.stroke, path in enumerate(paths):
-                yield from self._work(path)
+            for number, path in enumerate(paths):
+                if self.stopping or self.pause is not None:
+                    break
+                self.stroke = number
+                yield from self._leg(path)
         except PlanError as error:
             self.failure = str(error)
         yield from self._end()
 
-    def _work(self, path: TimedPath) -> Iterator[Sample]:
-        """Approach the start of a stroke, press, rub along it, lift off."""
+    def _leg(self, path: TimedPath) -> Iterator[Sample]:
+        """A leg as far as the abrasive lasts, with what earlier passes have learnt of the height there."""
+        leg = self.leg
+        self.worked = leg.begun + leg.lead
+        lasts = self.abrasive.lasts(leg)
+        if lasts == 0.0:
+            self.pause = f"{self.abrasive.says()}: change it"
+            return
+        leg, rest = split(leg, lasts)
+        known = self.learner.corrected(leg)
+        if known is not leg:
+            path = timed(known.path, self.placement, self.upright)
+        elif rest is not None:
+            path = timed(leg.path, self.placement, self.upright)
+        yield from self._work(leg, path)
+        if rest is not None and not self.stopping:
+            self.pause = f"{self.abrasive.says()}: change it"
+
+    def _work(self, leg: Leg, path: TimedPath) -> Iterator[Sample]:
+        """Approach the start of a leg, press, rub along it, lift off."""
         yield from self.approach("approach", path.p[0], path.normal[0], tool_rotation(path.normal[0], self.upright))
-        self.follower = SurfacePath(path=path)
-        yield from self.drive("pass", self.follower, self.law, self.follower.arrived)
-        self.follower = None
-        yield from self.lift(path.normal[-1])
+        self.follower, self._at = SurfacePath(path=path), None
+        along = reached(leg.path, self.placement, self.upright)
+        for sample in self.drive("lead-in" if leg.lead else "pass", self.follower, self.law, self.follower.arrived):
+            self._rub(sample, leg, along)
+            yield sample
+            if self.phase == "lead-in" and self.worked > leg.begun + leg.lead:
+                self.phase = "pass"
+                self.on_phase("pass")
+        if not self.stopping:
+            self.follower = None
+            self.worked = leg.begun + leg.path.length
+            self.learner.end(leg)
+            yield from self.lift(path.normal[-1])
+
+    def _rub(self, sample: Sample, leg: Leg, along: Array) -> None:
+        """Note how far the tool has come, what the abrasive has done, and what the contact says of the height."""
+        arm, reference = sample.arm, sample.reference
+        assert isinstance(reference, ToolReference), "asked only in a pass"
+        assert reference.normal is not None, "asked only in a pass"
+        assert self.follower is not None, "asked only in a pass"
+        node = min(int(self.follower.share(arm) * self.follower.path.duration / self.follower.path.dt), len(along) - 1)
+        speed = float(np.linalg.norm(reference.v[:3]))
+        lag = float(reference.v[:3] @ (reference.p - arm.p)) / speed if speed > 1e-4 else 0.0
+        force = 0.0 if arm.F is None else float(reference.normal @ arm.F[:3])
+        off = float(reference.normal @ (arm.p - reference.p))
+        s = max(leg.begun, leg.begun + float(along[node]) - lag)
+        self.abrasive.rub(max(0.0, s - self.worked), max(0.0, force))
+        self.worked = max(self.worked, s)
+        if speed > 1e-4:
+            self.learner.add(leg, float(along[node]), off, force - reference.force)
+            self.drift.rubbed(leg.number, off)
+        else:
+            self.drift.pressed(leg.number, self.stroke, off, force)
+        self._at = arm.p
+
+    def _left(self, sample: Sample) -> None:
+        """What the tool still rubs while it is lifted counts, by the share of the force that is left.
+
+        So a job that goes on at `worked` removes there what is missing, and not twice.
+        """
+        arm = sample.arm
+        if self._at is None or self.follower is None or arm.F is None:
+            return
+        force, wanted = -float(arm.R[:, 2] @ arm.F[:3]), float(self.leg.path.force.mean())
+        way = float(np.linalg.norm((arm.p - self._at)[:2]))
+        if force > 0.0:
+            self.worked += min(force / wanted, 1.0) * way
+            self.abrasive.rub(way, force)
+        self._at = arm.p
 
     def _end(self) -> Iterator[Sample]:
         """Leave the arm at rest: held by the supervisor, lifted off, or back home."""
         supervisor = self.rig.supervisor
         if supervisor.tripped:
             start = self.arm().t
-            yield from self.always("stopped", Hold(), GravityCompensation(), lambda arm: arm.t - start > 1.0)
+            for sample in self.always("stopped", Hold(), GravityCompensation(), lambda arm: arm.t - start > 1.0):
+                self._left(sample)
+                yield sample
             return
         early = self.stopping
         arm = self.arm()
         lifted = CubicPose(p=arm.p + 0.05 * np.array([0.0, 0.0, 1.0]), R=arm.R, duration=1.5)
-        yield from self.always("retract", lifted, self.law, lifted.arrived)
+        for sample in self.always("retract", lifted, self.law, lifted.arrived):
+            self._left(sample)
+            yield sample
         if not early:
             yield from self.joints(self.home)
         still = Hold()
         yield from self.always("rest", still, self.travel, lambda arm: float(np.abs(arm.dq).max()) < np.deg2rad(1.0))
+
+
+def reached(stroke: Stroke, placement: Placement, upright: Array) -> Array:
+    """Path length of a stroke at each node of its `timed` path [m], (N,).
+
+    The length rides along in the place of the force, so the same rule times both.
+    """
+    return timed(replace(stroke, force=stroke.arc), placement, upright).force
 
 
 def timed(stroke: Stroke, placement: Placement, upright: Array) -> TimedPath:

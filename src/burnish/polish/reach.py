@@ -10,6 +10,7 @@ from typing_extensions import Self
 
 from burnish.core import Array
 from burnish.errors import PlanError
+from burnish.polish.hertz import FELT
 from burnish.surface import Border, DistanceGrid, Mould, laid, unobstructed
 
 STEEPEST = float(np.deg2rad(40.0))
@@ -19,10 +20,10 @@ CLEARANCE = 2.5e-3
 """Distance that is kept from what the tip cannot reach [m]: nearer to a corner the tip feels both sides of it at
 once, through the spacing of the distance grid."""
 
-_EDGE = 2.0
+EDGE = 2.0
 """Spacings of the distance grid around a border within which its normals are none."""
 
-_ROUNDING = 1e-7
+ROUNDING = 1e-7
 """What the inset may fall short by, so that a place at the inset counts as inside [m]."""
 
 
@@ -40,10 +41,19 @@ class Reach:
     """Inset of the point of contact from the border, in plan [m]."""
     max_slope: float
     """Steepest surface that is worked, from facing up [rad]."""
+    modulus: float = FELT
+    """Contact modulus E* of tip and surface [Pa]."""
 
     @classmethod
     def of(
-        cls, mould: Mould, grid: DistanceGrid, *, tip_radius: float, margin: float, max_slope: float = STEEPEST
+        cls,
+        mould: Mould,
+        grid: DistanceGrid,
+        *,
+        tip_radius: float,
+        margin: float,
+        max_slope: float = STEEPEST,
+        modulus: float = FELT,
     ) -> Self:
         """The reach of a tip on a mould.
 
@@ -54,9 +64,9 @@ class Reach:
         if not 0.0 <= margin < np.inf:
             raise PlanError(f"the margin is {margin} m; expected a distance of 0 or more")
         border = Border.of(mould, max_slope)
-        return cls(grid=grid, border=border, tip_radius=tip_radius, margin=margin, max_slope=max_slope)
+        return cls(grid=grid, border=border, tip_radius=tip_radius, margin=margin, max_slope=max_slope, modulus=modulus)
 
-    def free(self, xy: Array, slack: float = _ROUNDING) -> NDArray[np.bool_]:
+    def free(self, xy: Array, slack: float = ROUNDING) -> NDArray[np.bool_]:
         """Whether the tip can work these places: flat enough, within reach, far enough from the border.
 
         Args:
@@ -74,6 +84,6 @@ class Reach:
         for aside in np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]) * CLEARANCE:
             beside = xy[good] + aside
             centre = laid(self.grid, beside, self.tip_radius).centre
-            edge = self.border.distance(beside) < _EDGE * self.grid.spacing  # the grid rounds it off
+            edge = self.border.distance(beside) < EDGE * self.grid.spacing  # the grid rounds it off
             good[good] = np.isnan(centre[:, 2]) | edge | unobstructed(self.grid, centre, self.tip_radius)
         return np.asarray(good)

@@ -8,15 +8,18 @@ h = k F v / (feed · step), whatever the shape of the pressure.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
 from burnish.core import Array
 from burnish.errors import InputError
 from burnish.polish.hertz import contact_radius
 from burnish.polish.reach import STEEPEST, Reach
+from burnish.polish.rubbing import Rubbing
 from burnish.surface import Border, Mould, WorkingSurface, top
 
 VERTICES_PER_RADIUS = 3.0
@@ -34,6 +37,12 @@ this model at most twofold, because it says nothing about an edge."""
 
 _CHUNK = 4096
 """Merged samples worked on at a time; bounds the memory."""
+
+HOLLOWEST = 0.8
+"""Hollowest surface that is believed, in curvatures of the tip: in a hollow nearly as round as the tip Hertz's contact
+grows without bound. The rule of thumb for which tip fits."""
+
+Numbers: TypeAlias = NDArray[np.intp]
 
 _ON_TOP = 0.5e-3
 """How far a vertex may lie under the surface as seen from above and still belong to it [m]."""
@@ -68,81 +77,121 @@ class Removal:
         force: ArrayLike,
         speed: ArrayLike,
         dt: ArrayLike,
-        curvature: float = 0.0,
+        curvature: ArrayLike = 0.0,
     ) -> Array:
-        """Depth that N samples in the order of time have removed [m], (V,); depths of several passes add up.
+        """Depth that N samples in the order of time have removed where all of a contact slides at one speed [m], (V,).
 
         The removed volume is k Σ F v dt exactly, wherever at least half of the contact lies on the surface.
-        Only vertices that face the tool lose material.
+        Only vertices that face the tool lose material. Depths of several passes add up.
 
         Args:
             surface: vertices that carry the depth.
             contacts: points of contact, mould frame [m], (N, 3).
             normals: outward unit normals there, (N, 3).
             force: normal force [N], (N,); a sample without force removes nothing.
-            speed: sliding speed of the abrasive over the surface, spindle included [m/s], (N,).
+            speed: sliding speed of the abrasive over the surface [m/s], (N,).
             dt: how long each sample lasts [s], (N,).
-            curvature: normal curvature of the surface, for the size of the contact [1/m], convex positive.
+            curvature: mean curvature of the surface, for the size of the contact [1/m], convex positive; (N,) or one.
 
         Raises:
             InputError: the arrays do not fit together, or hold a value that is not finite.
         """
-        columns = _columns(contacts, normals, force, speed, dt)
-        columns = columns[columns[:, 6] > 0.0]
+        # Without spin only the size of a velocity counts.
+        velocity = np.multiply.outer(np.asarray(speed, dtype=np.float64), [1.0, 0.0, 0.0])
+        rubbing = Rubbing.of(
+            contacts=contacts, normals=normals, force=force, velocity=velocity, curvature=curvature
+        )  # fmt: skip
+        return self.depth_of(surface, rubbing, dt)
+
+    def depth_of(self, surface: WorkingSurface, rubbing: Rubbing, dt: ArrayLike) -> Array:
+        """Depth that contacts in the order of time, each ``dt`` [s] (N,) long, have removed, spinning or not [m], (V,).
+
+        Raises:
+            InputError: there is not one finite ``dt`` a contact.
+        """
+        dt = np.asarray(dt, dtype=np.float64)
+        if dt.shape != rubbing.force.shape or not np.isfinite(dt).all():
+            raise InputError(f"removal: dt of shape {dt.shape}; expected {rubbing.force.shape}, finite")
+        kept = rubbing.pressing()
         depth = np.zeros(len(surface.vertices))
-        if not len(columns):
+        if not len(kept):
             return depth
-        contact, normal, pressing, work = _merged(columns, self._radius(surface, columns[:, 6], curvature))
-        radius = self._radius(surface, pressing, curvature)
+        rubbing, dt = _merged(rubbing[kept], dt[kept], self._radius(surface, rubbing[kept]))
         tree = cKDTree(surface.vertices)
-        for start in range(0, len(work), _CHUNK):
+        for start in range(0, len(dt), _CHUNK):
             part = slice(start, start + _CHUNK)
-            depth += _cut(surface, tree, contact[part], normal[part], radius[part], self.coefficient * work[part])
+            vertex, sample, rate = self._rates(surface, tree, rubbing[part])
+            depth += np.bincount(vertex, rate * dt[part][sample], minlength=len(depth))
         return depth
 
-    def _radius(self, surface: WorkingSurface, force: Array, curvature: float) -> Array:
+    def rates(self, surface: WorkingSurface, rubbing: Rubbing) -> csc_array:
+        """Depth a second that each of N contacts removes at each vertex [m/s], sparse, (V, N).
+
+        What a plan is made with: the depth is ``rates @ dt``, where nothing is merged.
+        """
+        tree, parts = cKDTree(surface.vertices), []
+        for start in range(0, len(rubbing.force), _CHUNK):
+            vertex, sample, rate = self._rates(surface, tree, rubbing[start : start + _CHUNK])
+            parts.append((vertex, sample + start, rate))
+        vertex, sample, rate = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return csc_array((rate, (vertex, sample)), shape=(len(surface.vertices), len(rubbing.force)))
+
+    def _rates(self, surface: WorkingSurface, tree: cKDTree, rubbing: Rubbing) -> tuple[Numbers, Numbers, Array]:
+        """Pairs of vertex and contact that meet, and the depth a second there [m/s]: k p |u + w n × ρ|."""
+        contact, normal, w = rubbing.contacts, rubbing.normals, rubbing.spin
+        radius = self._radius(surface, rubbing)
+        pairs = cKDTree(contact).sparse_distance_matrix(tree, radius.max(), output_type="ndarray")
+        sample, vertex, distance = pairs["i"], pairs["j"], pairs["v"]
+        facing = np.einsum("ij,ij->i", normal[sample], surface.normals[vertex]) > 0.0
+        shape = np.sqrt(np.clip(1.0 - (distance / radius[sample]) ** 2, 0.0, None)) * facing
+        carried = np.bincount(sample, shape * surface.areas[vertex], minlength=len(contact))
+        carried = np.maximum(carried, _OVERHANG * 2.0 / 3.0 * np.pi * radius**2)
+        # |u + w n × ρ|² = u² + 2 w (u × n) · ρ + w² ρ², with ρ from the middle of the contact to the vertex.
+        skew = 2.0 * w[:, None] * np.cross(rubbing.velocity, normal)
+        still = np.einsum("ij,ij->i", rubbing.velocity, rubbing.velocity) - np.einsum("ij,ij->i", skew, contact)
+        squared = still[sample] + np.einsum("ij,ij->i", skew[sample], surface.vertices[vertex])
+        speed = np.sqrt(np.clip(squared + (w[sample] * distance) ** 2, 0.0, None))
+        strength = self.coefficient * np.clip(rubbing.force, 0.0, None) / carried
+        return vertex, sample, shape * speed * strength[sample]
+
+    def _radius(self, surface: WorkingSurface, rubbing: Rubbing) -> Array:
         """Contact radius [m], (N,), not below what the vertices can carry."""
         least = 2.0 * float(np.sqrt(np.median(surface.areas)))
-        return np.maximum(contact_radius(force, self.tip_radius, curvature, self.modulus), least)
+        curvature = np.maximum(rubbing.curvature, -HOLLOWEST / self.tip_radius)
+        force = np.clip(rubbing.force, 0.0, None)
+        return np.maximum(
+            contact_radius(force, self.tip_radius, 0.0, self.modulus) / np.cbrt(1.0 + self.tip_radius * curvature),
+            least,
+        )
 
 
-def _columns(contacts: ArrayLike, normals: ArrayLike, force: ArrayLike, speed: ArrayLike, dt: ArrayLike) -> Array:
-    """The samples in one array, (N, 9): contact, normal, force, speed, dt."""
-    parts = [np.asarray(values, dtype=np.float64) for values in (contacts, normals, force, speed, dt)]
-    count = len(parts[0]) if parts[0].ndim else 0
-    shapes = [(count, 3), (count, 3), (count,), (count,), (count,)]
-    if [values.shape for values in parts] != shapes:
-        raise InputError(f"removal: arrays of shapes {[values.shape for values in parts]}; expected {shapes}")
-    columns = np.column_stack(parts)
-    if not np.isfinite(columns).all():
-        raise InputError("removal: a sample holds a value that is not a finite number; leave such samples out")
-    return columns
+def _merged(rubbing: Rubbing, dt: Array, radius: Array) -> tuple[Rubbing, Array]:
+    """Successive contacts that lie close together as one, and how long they last together [s].
 
-
-def _merged(columns: Array, radius: Array) -> tuple[Array, Array, Array, Array]:
-    """Successive samples that lie close together as one: contacts, normals, forces, and Σ F v dt [N·m].
-
-    Means are weighted by F v dt, so the removed volume and where it lies are kept.
+    Means are weighted by F dt, so the removed volume and where it lies are kept.
     """
-    moved = np.linalg.norm(np.diff(columns[:, :3], axis=0), axis=1)
+    moved = np.linalg.norm(np.diff(rubbing.contacts, axis=0), axis=1)
     place = np.concatenate(([0.0], np.cumsum(moved / (_MERGED * radius[1:]))))
     group = np.unique(np.floor(place), return_inverse=True)[1]
-    work = columns[:, 6] * np.abs(columns[:, 7]) * columns[:, 8]
-    total = np.asarray(np.bincount(group, work), dtype=np.float64)
+    total = np.bincount(group, rubbing.force * dt)
+    lasting = np.bincount(group, dt)
     kept = total > 0.0
-    mean = np.stack([np.bincount(group, work * columns[:, i]) for i in range(7)], axis=1)[kept] / total[kept, None]
-    return mean[:, :3], mean[:, 3:6], mean[:, 6], total[kept]
 
+    def mean(values: Array) -> Array:
+        columns = np.asarray(values).reshape(len(dt), -1).T
+        sums = [np.bincount(group, rubbing.force * dt * column)[kept] / total[kept] for column in columns]
+        return np.asarray(np.column_stack(sums).reshape(-1, *values.shape[1:]))
 
-def _cut(surface: WorkingSurface, tree: cKDTree, contact: Array, normal: Array, radius: Array, volume: Array) -> Array:
-    """Depth from volumes [m³] (N,) that are each spread over a contact like Hertz's pressure [m], (V,)."""
-    pairs = cKDTree(contact).sparse_distance_matrix(tree, radius.max(), output_type="ndarray")
-    sample, vertex, distance = pairs["i"], pairs["j"], pairs["v"]
-    facing = np.einsum("ij,ij->i", normal[sample], surface.normals[vertex]) > 0.0
-    shape = np.sqrt(np.clip(1.0 - (distance / radius[sample]) ** 2, 0.0, None)) * facing
-    carried = np.bincount(sample, shape * surface.areas[vertex], minlength=len(contact))
-    carried = np.maximum(carried, _OVERHANG * 2.0 / 3.0 * np.pi * radius**2)
-    return np.asarray(np.bincount(vertex, shape * (volume / carried)[sample], minlength=len(surface.vertices)))
+    normals = mean(rubbing.normals)
+    merged = Rubbing(
+        contacts=mean(rubbing.contacts),
+        normals=normals / np.linalg.norm(normals, axis=1, keepdims=True),
+        force=total[kept] / lasting[kept],
+        velocity=mean(rubbing.velocity),
+        spin=mean(rubbing.spin),
+        curvature=mean(rubbing.curvature),
+    )
+    return merged, np.asarray(lasting[kept])
 
 
 @dataclass(frozen=True, kw_only=True)

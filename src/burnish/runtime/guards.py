@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 from math import degrees, inf, isfinite, sqrt
+from operator import eq
 
 import numpy as np
 from scipy.linalg import lapack
@@ -67,6 +68,7 @@ class Guards:
     _q: list[float] | None = field(default=None, init=False, repr=False)
     _stale: int = field(default=0, init=False, repr=False)
     _said: Dynamics | None = field(default=None, init=False, repr=False)
+    _tau: list[float] | None = field(default=None, init=False, repr=False)
     _repeats: list[int] = field(default_factory=list, init=False, repr=False)
     _lies: list[int] = field(default_factory=list, init=False, repr=False)
     _broken: int = field(default=0, init=False, repr=False)
@@ -148,10 +150,13 @@ class Guards:
         self._learn(arm.t, speeds, expected)
         rows = zip(expected, self._unseen, speeds, arm.M.diagonal().tolist(), self._speed, strict=True)
         for i, (ddq_i, unseen, now, inertia, limit) in enumerate(rows):
+            then = now + MODEL_ERROR * ddq_i * (horizon + undo * inertia * abs(ddq_i))
+            if -limit <= then <= limit:
+                continue
             if unseen * ddq_i > 0.0:
                 most = UNSEEN_MOST * ddq_i
                 ddq_i -= unseen if abs(unseen) < abs(most) else most
-            then = now + MODEL_ERROR * ddq_i * (horizon + undo * inertia * abs(ddq_i))
+                then = now + MODEL_ERROR * ddq_i * (horizon + undo * inertia * abs(ddq_i))
             # What brakes a joint that is too fast is let through.
             if not (-limit <= then <= limit or abs(then) <= abs(now)):
                 return Cause(f"joint {i + 1} would reach {abs(then):.2f} rad/s; the limit is {limit:.2f} rad/s")
@@ -230,10 +235,14 @@ class Guards:
 
     def _alive(self, arm: Dynamics) -> Cause | None:
         """A joint that says the very same again and again, while the others do not: noise alone makes that unlikely."""
-        before, self._said = self._said, arm
-        if arm.tau is None or before is None or before.tau is None or not (arm.tau == before.tau).any():
+        before, tau_before, self._said = self._said, self._tau, arm
+        self._tau = None if arm.tau is None else arm.tau.tolist()
+        # Of two readings with noise no two numbers are alike.
+        if before is None or self._tau is None or tau_before is None or not any(map(eq, self._tau, tau_before)):
             self._repeats = self._never
             return None
+        assert arm.tau is not None
+        assert before.tau is not None
         # No torque at all is what an exact sensor reads of a joint that carries nothing.
         same = (arm.q == before.q) & (arm.dq == before.dq) & (arm.tau == before.tau) & (arm.tau != 0.0)
         if not (np.abs(arm.tau - before.tau) > NOTICEABLE).any():

@@ -16,6 +16,8 @@ from math import sqrt
 from typing import NamedTuple
 
 from burnish.core import Array
+from burnish.model.spin import SpinningTip
+from burnish.model.tool import PolishingTool
 from burnish.surface import DistanceGrid
 
 STIFFNESS = 100e3
@@ -26,6 +28,7 @@ SLIP_SPEED = 1e-3
 """Speed below which Coulomb friction is regularised [m/s]; a twentieth of a slow feed."""
 
 Vector = tuple[float, float, float]
+NONE = (0.0, 0.0, 0.0)
 
 
 class Touch(NamedTuple):
@@ -40,7 +43,9 @@ class Touch(NamedTuple):
     point: Vector
     """Where it acts, on the sphere [m]."""
     slip: float
-    """Tangential speed of the tip over the surface [m/s]."""
+    """Tangential speed of the tip over the surface, that of its spindle left out [m/s]."""
+    moment: Vector = NONE
+    """Moment on the tip about the touching point [N·m]."""
 
 
 class SphereOnSurface:
@@ -125,6 +130,40 @@ class SphereOnSurface:
             (centre[0] - phi * nx, centre[1] - phi * ny, centre[2] - phi * nz),
             sqrt(slip2),
         )
+
+
+class SpinningSphere(SphereOnSurface):
+    """The same sphere turned by a spindle: its friction is that of `SpinningTip`."""
+
+    def __init__(self, grid: DistanceGrid, tip: SpinningTip, axis: Array) -> None:
+        """A tip over a grid.
+
+        Args:
+            grid: distance to the mould.
+            tip: the tip and its spindle.
+            axis: unit vector of the tool's z axis in the mould's frame, (3,); whoever owns it keeps it up to date.
+        """
+        super().__init__(grid, tip.radius, tip.friction)
+        self._spinning, self._axis = tip, axis
+
+    def touch(self, centre: Vector, motion: Callable[[], tuple[Vector, Vector]]) -> Touch | None:
+        """As that of a sphere that does not spin, with the drag of the spindle in place of its friction."""
+        touch = super().touch(centre, motion)
+        if touch is None:
+            return None
+        (vx, vy, vz), (wx, wy, wz) = motion()
+        rx, ry, rz = (point - middle for point, middle in zip(touch.point, centre, strict=True))
+        velocity = (vx + wy * rz - wz * ry, vy + wz * rx - wx * rz, vz + wx * ry - wy * rx)
+        fn, n = touch.normal_force, touch.normal
+        (fx, fy, fz), moment = self._spinning.drag(fn, n, self._axis.tolist(), velocity)
+        return touch._replace(force=(fn * n[0] + fx, fn * n[1] + fy, fn * n[2] + fz), moment=moment)
+
+
+def contact_of(grid: DistanceGrid, tool: PolishingTool, axis: Array) -> SphereOnSurface:
+    """The contact of a tool's tip with a mould; ``axis`` is that of the tool, as for `SpinningSphere`."""
+    if tool.spinning is None:
+        return SphereOnSurface(grid, tool.tip_radius, tool.friction)
+    return SpinningSphere(grid, tool.spinning, axis)
 
 
 def plain(vector: Array) -> Vector:

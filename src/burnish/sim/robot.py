@@ -15,7 +15,7 @@ from typing_extensions import Self
 from burnish.core import Array, Command, State, Torque
 from burnish.errors import InputError, SimulationError
 from burnish.model.tool import PolishingTool
-from burnish.sim.contact import SphereOnSurface, Touch, Vector, plain
+from burnish.sim.contact import Touch, Vector, contact_of, plain
 from burnish.sim.hand import Fingers, Hand
 from burnish.sim.plant import Plant
 from burnish.sim.scene import TIMESTEP, Workpiece, build
@@ -83,9 +83,6 @@ class SimRobot:
         self._draws = self._plant.clock_errors()
         self._errors = self._plant.sensor_errors()
         self._queue: deque[tuple[float, Array]] = deque()
-        self._contact = None
-        if workpiece is not None and tool is not None:
-            self._contact = SphereOnSurface(workpiece.grid, tool.tip_radius, tool.friction)
         self._feels = tool is not None
         self._window = max(1, round(min(WRIST_FILTER, self.period) / TIMESTEP))
         self._velocity = np.zeros(6)
@@ -95,6 +92,9 @@ class SimRobot:
         self._on_hand, self._base = data.xfrc_applied[scene.hand], data.xmat[scene.base].reshape(3, 3)
         # The third column of the tool's rotation.
         self._axis = data.xmat[self._tool_body][2::3]
+        self._contact = None
+        if workpiece is not None and tool is not None:
+            self._contact = contact_of(workpiece.grid, tool, self._axis)
         self._qpos, self._qvel, self._qacc = data.qpos[:n], data.qvel[:n], data.qacc[:n]
         self._applied, self._constraint, self._passive = (
             data.qfrc_applied[:n],
@@ -276,9 +276,9 @@ class SimRobot:
         cx, cy, cz = self._tip_centre.tolist()
         touch = contact.touch((cx, cy, cz), self._tip_motion)
         if touch is not None:
-            (fx, fy, fz), (px, py, pz) = touch.force, touch.point
+            (fx, fy, fz), (px, py, pz), (mx, my, mz) = touch.force, touch.point, touch.moment
             rx, ry, rz = px - cx, py - cy, pz - cz
-            self._push[:] = (fx, fy, fz, ry * fz - rz * fy, rz * fx - rx * fz, rx * fy - ry * fx)
+            self._push[:] = (fx, fy, fz, mx + ry * fz - rz * fy, my + rz * fx - rx * fz, mz + rx * fy - ry * fx)
             self._touching = True
         elif self._touching:
             self._push[:] = 0.0

@@ -7,24 +7,17 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 from typing_extensions import Self
 
 from burnish.core import Array, read_only
 from burnish.errors import InputError
 from burnish.surface.mould import Mould
-from burnish.surface.nearest import ragged
+from burnish.surface.segments import Segments
 from burnish.surface.winding import Edges, face_vectors
 
 SHARP = np.deg2rad(20.0)
 """Angle between neighbouring facets from which a convex edge is an edge and not a facetted curve [rad]:
 CAD programs facet their curves by 5–15°. A choice between the two."""
-
-_PIECE = 1e-3
-"""Segments are looked up in pieces of at most this length [m]."""
-
-_TRIED = 4
-"""Pieces with the nearest middles that are tried for each point."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,24 +54,10 @@ class Border:
         return cls(segments=read_only(mould.vertices[ends]))
 
     @cached_property
-    def _pieces(self) -> tuple[Array, Array, cKDTree]:
-        """Starts and vectors of short pieces in plan, (P, 2) each, and a tree of their middles."""
-        start, end = self.segments[:, 0, :2], self.segments[:, 1, :2]
-        count = np.maximum(np.ceil(np.linalg.norm(end - start, axis=1) / _PIECE), 1.0).astype(np.int64)
-        segment, number = ragged(count)
-        vector = ((end - start) / count[:, None])[segment]
-        first = start[segment] + number[:, None] * vector
-        return first, vector, cKDTree(first + vector / 2.0)
+    def _plan(self) -> Segments:
+        """The edges seen from above."""
+        return Segments(self.segments[:, :, :2])
 
     def distance(self, points: ArrayLike) -> Array:
         """Horizontal distance of points (N, 2) or (N, 3) to the nearest border [m], (N,); ∞ without one."""
-        points = np.asarray(points, dtype=np.float64)[:, :2]
-        first, vector, tree = self._pieces
-        if not len(first):
-            return np.full(len(points), np.inf)
-        tried = min(_TRIED, len(first))
-        piece = tree.query(points, k=tried)[1].reshape(len(points), tried)
-        to, along = points[:, None, :] - first[piece], vector[piece]
-        square = np.maximum(np.einsum("npi,npi->np", along, along), np.finfo(float).tiny)
-        share = np.clip(np.einsum("npi,npi->np", to, along) / square, 0.0, 1.0)
-        return np.asarray(np.linalg.norm(to - share[:, :, None] * along, axis=2).min(axis=1))
+        return self._plan.distance(np.asarray(points, dtype=np.float64)[:, :2])

@@ -7,6 +7,8 @@ its border were dropped straight down, which is what a part to be worked from ab
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,10 +42,37 @@ def inside(vertices: Array, faces: Faces, origin: Array, spacing: float, shape: 
     Raises:
         MouldError: the triangles lie over each other by the thousand.
     """
+    exits = np.zeros(shape, dtype=np.int16)
+    for _, column, height, sign in crossings(vertices, faces, origin, spacing, (shape[0], shape[1])):
+        level = np.clip(np.ceil(height), 0, shape[2]).astype(np.int64)  # nodes below the crossing
+        hit = level > 0
+        np.add.at(exits, (column[hit, 0], column[hit, 1], level[hit] - 1), sign[hit])
+    return np.asarray(np.cumsum(exits[:, :, ::-1], axis=2)[:, :, ::-1] > 0)
+
+
+def crossings(
+    vertices: Array, faces: Faces, origin: Array, spacing: float, shape: tuple[int, int]
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], Array, NDArray[np.int16]]]:
+    """Where the columns over origin + spacing · (ix, iy) cross the triangles, some at a time.
+
+    Args:
+        vertices: corners [m], (V, 3).
+        faces: triangles, counter-clockwise seen from outside, (F, 3).
+        origin: first node [m], (3,).
+        spacing: distance of the columns [m].
+        shape: number of columns along x and y.
+
+    Yields:
+        Numbers of the triangles, (N,), and of the columns, (N, 2); height above the origin in spacings, (N,); and
+        +1 where the triangle faces up, −1 where it faces down, (N,).
+
+    Raises:
+        MouldError: the triangles lie over each other by the thousand.
+    """
     corners = (vertices[faces] - origin) / spacing
     corners[:, :, :2] -= _ASIDE
     low = np.clip(np.ceil(corners[:, :, :2].min(axis=1)), 0, None).astype(np.int64)
-    high = np.minimum(np.floor(corners[:, :, :2].max(axis=1)), np.array(shape[:2]) - 1).astype(np.int64)
+    high = np.minimum(np.floor(corners[:, :, :2].max(axis=1)), np.array(shape) - 1).astype(np.int64)
     size = np.maximum(high - low + 1, 0)
     count = size[:, 0] * size[:, 1]
     if count.sum() > MOST_PAIRS:
@@ -51,17 +80,13 @@ def inside(vertices: Array, faces: Faces, origin: Array, spacing: float, shape: 
             f"the {len(faces)} triangles lie over each other {count.sum() / (shape[0] * shape[1]):.0f} deep seen from "
             "above; expected the surface of a part: remove what is inside it"
         )
-    exits = np.zeros(shape, dtype=np.int16)
     for part in _batches(count):
         triangle, number = ragged(count[part])
         triangle = part[triangle]
         column = low[triangle] + np.stack(np.divmod(number, size[triangle, 1]), axis=1)
         height, sign = _crossing(corners[triangle], column)
-        level = np.minimum(np.ceil(height), shape[2])  # nodes below the crossing
-        hit = (sign != 0) & (level > 0)
-        node = (column[hit, 0], column[hit, 1], level[hit].astype(np.int64) - 1)
-        np.add.at(exits, node, sign[hit])
-    return np.asarray(np.cumsum(exits[:, :, ::-1], axis=2)[:, :, ::-1] > 0)
+        hit = sign != 0
+        yield triangle[hit], column[hit], height[hit], sign[hit]
 
 
 def _crossing(corners: Array, column: NDArray[np.int64]) -> tuple[Array, NDArray[np.int16]]:

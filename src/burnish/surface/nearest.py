@@ -30,16 +30,10 @@ class Nearest:
     """Samples of a surface, each with its triangle."""
 
     def __init__(self, vertices: Array, faces: Faces, spacing: float) -> None:
-        """Sample the surface so that every point of it has a sample within about 0.7 of the spacing [m].
-
-        Where that takes more than MOST_SAMPLES, besides some for each triangle, the spacing grows.
-        """
+        """Sample the surface as :func:`sampled` does."""
         corners = vertices[faces]
-        while _expected(corners, spacing) > MOST_SAMPLES + 2 * len(faces):
-            spacing *= 1.5
-        self.spacing = spacing
         self.triangles = Triangles(corners)
-        self.samples, self.owner = _samples(corners, spacing)
+        self.samples, self.owner, self.spacing = sampled(corners, spacing)
         self.tree = cKDTree(self.samples, leafsize=32)
         ring = min(_RING + 1, len(self.samples))
         self.ring: NDArray[np.int64] = self.tree.query(self.samples, k=ring)[1].reshape(-1, ring)
@@ -84,6 +78,19 @@ class Nearest:
             rows = near[other]
             distance[rows] = np.minimum(distance[rows], self.triangles.distance(points[rows], ring[other]))
         return distance
+
+
+def sampled(corners: Array, spacing: float) -> tuple[Array, NDArray[np.int64], float]:
+    """Samples of triangles (F, 3, 3) of which every point of them has one within about 0.7 of the spacing [m].
+
+    Where that takes more than MOST_SAMPLES, besides some for each triangle, the spacing grows.
+
+    Returns:
+        Samples [m], (S, 3), their triangles, (S,), and the spacing that was kept [m].
+    """
+    while _expected(corners, spacing) > MOST_SAMPLES + 2 * len(corners):
+        spacing *= 1.5
+    return *_samples(corners, spacing), spacing
 
 
 def _expected(corners: Array, spacing: float) -> float:

@@ -6,7 +6,6 @@ distance to the surface rests on this, and files do not always respect it.
 
 from __future__ import annotations
 
-import logging
 from typing import TypeAlias
 
 import numpy as np
@@ -18,8 +17,6 @@ from burnish.core import Array
 from burnish.errors import MouldError
 
 Faces: TypeAlias = NDArray[np.int64]
-
-_LOG = logging.getLogger(__name__)
 
 
 def face_vectors(vertices: Array, faces: Faces) -> Array:
@@ -51,7 +48,8 @@ class Edges:
         """Sort the 3 F directed edges so that the copies of one edge lie next to each other."""
         start, end = faces.T.ravel(), np.roll(faces, -1, axis=1).T.ravel()
         owner = np.tile(np.arange(len(faces)), 3)
-        order = np.lexsort((np.maximum(start, end), np.minimum(start, end)))
+        many = int(faces.max(initial=0)) + 1
+        order = np.argsort(np.minimum(start, end) * many + np.maximum(start, end), kind="stable")
         start, end, owner = start[order], end[order], owner[order]
         low, high = np.minimum(start, end), np.maximum(start, end)
         first = np.flatnonzero(np.r_[True, (low[1:] != low[:-1]) | (high[1:] != high[:-1])])
@@ -71,23 +69,26 @@ class Edges:
         """Whether the surface has no border: an even number of triangles at every edge."""
 
 
-def oriented(name: str, vertices: Array, faces: Faces) -> Faces:
+def oriented(name: str, vertices: Array, faces: Faces) -> tuple[Faces, tuple[str, ...]]:
     """The faces, turned round where needed so that neighbours agree and a closed surface faces outward.
 
     A surface that agrees with itself and is open is left as it is: only its author knows which side is
     meant.
+
+    Returns:
+        The faces, and a sentence if any were turned.
 
     Raises:
         MouldError: the surface has only one side, like a Möbius strip.
     """
     edges = Edges(faces)
     if not edges.agree.all():
-        _LOG.warning("%s: neighbouring triangles disagree about which side is outside; they are turned round", name)
-        return _turned(name, vertices, faces, edges)
+        turned = _turned(name, vertices, faces, edges)
+        count = int(np.any(turned != faces, axis=1).sum())
+        return turned, (f"neighbouring triangles disagreed about which side is outside: {count} were turned round",)
     if edges.closed and _worth(vertices, faces).sum() < 0.0:
-        _LOG.warning("%s: all triangles face inward; they are turned round", name)
-        return faces[:, ::-1].copy()
-    return faces
+        return faces[:, ::-1].copy(), ("all triangles faced inward and were turned round",)
+    return faces, ()
 
 
 def _turned(name: str, vertices: Array, faces: Faces, edges: Edges) -> Faces:

@@ -1,0 +1,148 @@
+"""What a run reached, with what earlier runs of the same job took off, and pass by pass."""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from burnish.analysis.metrics import Scalar
+from burnish.commands.course import Earlier
+from burnish.commands.evaluate import FIRST_SECOND, Evaluation, evaluate
+from burnish.commands.work import Work
+from burnish.core import Array
+from burnish.errors import RecordingError
+from burnish.polish.hertz import recommended_step
+from burnish.polish.patterns import CrossHatch
+from burnish.polish.process import SETTLE, Job
+from burnish.polish.recipe import Recipe
+from burnish.polish.removal import coverage
+from burnish.surface import Mould, WorkingSurface
+
+REMOVED = "removed.npz"
+"""What all runs of a job took off so far, in its folder."""
+
+
+def judged(work: Work, folder: Path) -> Evaluation:
+    """The figures of a run; those of the surface are of all runs of the job, whose sum is kept in the folder.
+
+    Raises:
+        RecordingError: what was kept cannot be read.
+    """
+    recipe = work.course.recipe
+    result = evaluate(work.log, work.robot.truth, work.mould, work.grid, work.order.recipe, work.tool)
+    depth = result.removal.removal + _before(folder / REMOVED, result.removal.removal, work)
+    with open(folder / REMOVED, "wb") as file:
+        np.savez(file, depth=depth, mould_sha256=np.array(work.mould.sha256))
+    if work.course.plain and not work.course.runs:
+        return result
+    target = result.removal.target * _wanted(recipe, work.tool.tip_radius, work.tool.modulus) * work.course.repeats
+    removal = replace(result.removal, removal=depth, target=target)
+    surface = WorkingSurface(vertices=removal.vertices, faces=removal.faces)
+    found = coverage(depth, target, surface.areas, removal.evaluated)
+    metrics: dict[str, Scalar] = result.metrics | {
+        "coverage_pct": found.covered_pct,
+        "overpolished_pct": found.overpolished_pct,
+        "removal_cv_pct": found.cv_pct,
+        "removal_mean_um": 1e6 * found.mean,
+    }
+    errors = _errors(work, result)
+    if len(errors):
+        # Passes may have forces of their own, so the error is taken sample by sample.
+        metrics |= {
+            "force_rms_N": float(np.sqrt(np.mean(errors**2))),
+            "force_p99_N": float(np.percentile(np.abs(errors), 99.0)),
+        }
+    return replace(result, metrics=metrics, removal=removal)
+
+
+def passes_table(work: Work, result: Evaluation) -> list[tuple[str, ...]]:
+    """Pass, path, mean force, force error RMS and stiffness of the contact, in words, a row a pass of this run."""
+    rows: list[tuple[str, ...]] = []
+    for number in sorted({number for number, _, _ in work.spans}):
+        error, force = _errors(work, result, number), _forces(work, result, number)
+        stiffness = work.job.drift.stiffness(number)
+        path = sum(_done(work.job, k) for k, leg in enumerate(work.job.legs) if leg.number == number)
+        rows.append(
+            (
+                str(number),
+                f"{path:.2f}",
+                f"{force.mean():.2f}" if len(force) else "–",
+                f"{np.sqrt(np.mean(error**2)):.2f}" if len(error) else "–",
+                f"{1e-3 * stiffness:.1f}" if np.isfinite(stiffness) else "–",
+            )
+        )
+    return rows
+
+
+def same_mould(mould: Mould, before: Earlier, folder: Path) -> None:
+    """Refuse to go on with another mould.
+
+    Raises:
+        RecordingError: its fingerprint differs.
+    """
+    if mould.sha256 != before.mould_sha256:
+        raise RecordingError(
+            f"the job of {folder} is on a mould with the fingerprint {before.mould_sha256[:12]}; '{mould.name}' has "
+            f"{mould.sha256[:12]}. Give the mould's file with --mould"
+        )
+
+
+def _before(path: Path, now: Array, work: Work) -> Array:
+    """What earlier runs took off [m], (V,)."""
+    if not work.course.runs:
+        return np.zeros_like(now)
+    try:
+        with np.load(path, allow_pickle=False) as kept:
+            depth, sha256 = np.asarray(kept["depth"], dtype=np.float64), str(kept["mould_sha256"])
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise RecordingError(
+            f"{path} cannot be read ({error}): what earlier runs took off is not known, so the surface cannot be judged"
+        ) from error
+    if sha256 != work.mould.sha256 or depth.shape != now.shape or not np.isfinite(depth).all():
+        raise RecordingError(f"{path} is not of this job; expected {len(now)} depths on the mould {work.mould.name}")
+    return depth
+
+
+def _wanted(recipe: Recipe, tip_radius: float, modulus: float) -> float:
+    """Removal that the passes of a recipe want, by that of one raster with its force and the recommended step."""
+    if not recipe.passes:
+        return 1.0
+
+    def depth(force: float, step: float | None) -> float:
+        return force / (recommended_step(force, tip_radius, 0.0, modulus) if step is None else step)
+
+    total = 0.0
+    for one in recipe.passes:
+        times = 2.0 if isinstance(one.pattern, CrossHatch) else 1.0
+        total += times * depth(recipe.of_pass(one).force, one.step)
+    return total / depth(recipe.force, None)
+
+
+def _done(job: Job, k: int) -> float:
+    """Path of a leg that this run worked [m]."""
+    leg = job.legs[k]
+    new = leg.path.length - leg.lead
+    return new if k < job.stroke else min(new, max(0.0, job.worked - leg.begun - leg.lead)) if k == job.stroke else 0.0
+
+
+def _scored(work: Work, result: Evaluation, number: int | None) -> NDArray[np.int64]:
+    """Rows of the series that count: in a pass, after the first second of each piece of work, (K,)."""
+    t = result.series.t
+    mask = np.zeros(len(t), dtype=bool)
+    for n, start, end in work.spans:
+        if number is None or n == number:
+            mask |= (t >= start + SETTLE + FIRST_SECOND) & (t < end)
+    return np.flatnonzero(mask).astype(np.int64)
+
+
+def _errors(work: Work, result: Evaluation, number: int | None = None) -> Array:
+    rows = _scored(work, result, number)
+    return np.asarray(result.series.force[rows] - result.series.force_set[rows])
+
+
+def _forces(work: Work, result: Evaluation, number: int) -> Array:
+    return np.asarray(result.series.force[_scored(work, result, number)])

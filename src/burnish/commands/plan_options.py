@@ -1,0 +1,24 @@
+"""The options of ``burnish plan``."""
+
+from __future__ import annotations
+
+import argparse
+
+from burnish.commands.options import MOULDS, PATTERNS
+
+
+def add_plan(parser: argparse.ArgumentParser) -> None:
+    """What to work on, how, and where the plan goes; a recipe brings force, feed and pattern."""
+    parser.add_argument("--mould", default="dome", metavar="NAME|FILE", help=f"{MOULDS} (default: dome)")
+    parser.add_argument(
+        "--unit", default="mm", choices=("mm", "m", "inch"), help="unit of an STL file, which names none (default: mm)"
+    )
+    parser.add_argument(
+        "--recipe", metavar="FILE.toml", help="tool, passes, force, feed, step and limits (default: those of polish)"
+    )
+    parser.add_argument("--pattern", choices=PATTERNS, help="how the mould is covered (default: the raster of polish)")
+    parser.add_argument("--force", type=float, metavar="N", help="contact force, 2 to 20 N (default: 10)")
+    parser.add_argument(
+        "--feed", type=float, metavar="M/S", help="speed on the surface, 0.005 to 0.08 m/s (default: 0.02)"
+    )
+    parser.add_argument("--out", required=True, metavar="FILE.json", help="file for the plan: mould frame, m, m/s, N")
