@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from burnish.polish.stroke import Stroke
+from burnish.paths.stroke import Stroke
 
 PACKAGES = ("burnish", "mujoco", "pin", "numpy", "scipy")
 SHORTEST = 40

@@ -26,18 +26,18 @@ from typing import Any
 import numpy as np
 from common import text_table
 
+from burnish.check.plan import check
+from burnish.check.ways import Workplace
 from burnish.core import Array, Command
 from burnish.errors import InputError, PlanError
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import MOUNT, TURN, Placement, tool_down
-from burnish.polish.check import check
 from burnish.polish.plan_file import load_plan
 from burnish.polish.planned import planned
 from burnish.polish.recipe import Bounds, Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS
-from burnish.polish.stroke import Stroke
-from burnish.polish.ways import Workplace
 from burnish.rotation import exp
 from burnish.runtime.limits import Limits
 from burnish.sim.robot import SimRobot

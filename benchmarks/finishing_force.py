@@ -30,12 +30,12 @@ from burnish.control.observer import MomentumSense
 from burnish.core import Array, Dynamics, Sample, State
 from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import READY, Placement, nominal_placement
 from burnish.polish.cellsim import WristFelt, plan_strokes, simulated_job
 from burnish.polish.moves import Moves, nearest_turn
 from burnish.polish.process import SETTLE
 from burnish.polish.recipe import Recipe
-from burnish.polish.stroke import Stroke
 from burnish.rotation import exp
 from burnish.sim import arms
 from burnish.sim.arms import Arm

@@ -18,15 +18,15 @@ import numpy as np
 import trimesh
 
 from burnish.core import Array
+from burnish.finish.curvature import mean_curvature
+from burnish.finish.removal import Coverage, Removal, coverage, workable
 from burnish.model.tool import PolishingTool
-from burnish.polish.curvature import mean_curvature
-from burnish.polish.hertz import contact_radius, recommended_step
-from burnish.polish.order import air_way, ordered
-from burnish.polish.patterns import Contour, CrossHatch, Geodesic, Pattern, Raster, Spiral
-from burnish.polish.reach import Reach
+from burnish.paths.hertz import contact_radius, recommended_step
+from burnish.paths.order import air_way, ordered
+from burnish.paths.patterns import Contour, CrossHatch, Geodesic, Pattern, Raster, Spiral
+from burnish.paths.reach import Reach
+from burnish.paths.stroke import Stroke
 from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON
-from burnish.polish.removal import Coverage, Removal, coverage, workable
-from burnish.polish.stroke import Stroke
 from burnish.surface import DistanceGrid, Mould, WorkingSurface
 
 FORCE, FEED = 10.0, 0.02

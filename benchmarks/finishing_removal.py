@@ -26,22 +26,22 @@ from typing import Any
 import numpy as np
 
 from burnish.core import Array, Sample
+from burnish.finish.curvature import mean_curvature
+from burnish.finish.dwell import Dwell
+from burnish.finish.removal import Coverage, Removal, coverage, workable
+from burnish.finish.repair import repair
+from burnish.finish.rubbing import Spindle
 from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
+from burnish.paths.hertz import contact_radius, recommended_step
+from burnish.paths.lead import with_leads
+from burnish.paths.patterns import Raster
+from burnish.paths.reach import Reach
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import READY, Placement, nominal_placement
 from burnish.polish.cellsim import WristFelt, simulated_job
-from burnish.polish.curvature import mean_curvature
-from burnish.polish.dwell import Dwell
-from burnish.polish.hertz import contact_radius, recommended_step
-from burnish.polish.lead import with_leads
 from burnish.polish.moves import Moves, five_touches, nearest_turn
-from burnish.polish.patterns import Raster
-from burnish.polish.reach import Reach
 from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON
-from burnish.polish.removal import Coverage, Removal, coverage, workable
-from burnish.polish.repair import repair
-from burnish.polish.rubbing import Spindle
-from burnish.polish.stroke import Stroke
 from burnish.sim import arms
 from burnish.sim.truth import Truth
 from burnish.surface import DistanceGrid, Mould, WorkingSurface

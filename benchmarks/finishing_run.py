@@ -20,7 +20,9 @@ import numpy as np
 from common import text_table
 
 from burnish.core import Array
+from burnish.finish.removal import Removal
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import Placement, nominal_placement
 from burnish.polish.cellsim import WristFelt, plan_strokes, simulated_job
 from burnish.polish.guesses import Doubt, Guesses
@@ -29,9 +31,7 @@ from burnish.polish.moves import Moves, five_touches
 from burnish.polish.passes import Leg, after, legs_of, piece
 from burnish.polish.process import SETTLE, Job
 from burnish.polish.recipe import PRESTON, Recipe
-from burnish.polish.removal import Removal
 from burnish.polish.search import MOST_TOUCHES, Wide
-from burnish.polish.stroke import Stroke
 from burnish.rotation import exp, log
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms

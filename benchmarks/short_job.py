@@ -12,10 +12,10 @@ from typing_extensions import Self
 
 from burnish.core import Array, Command, Sample, State
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import WristFelt, plan_strokes, simulated_job
 from burnish.polish.process import Job
 from burnish.polish.recipe import Recipe
-from burnish.polish.stroke import Stroke
 from burnish.sim import arms
 from burnish.sim.robot import SimRobot
 from burnish.surface import DistanceGrid, Mould

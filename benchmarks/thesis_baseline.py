@@ -27,11 +27,11 @@ from burnish.commands.evaluate import RunLog, evaluate
 from burnish.control.force import ForceMotion
 from burnish.core import Array, Dynamics, ToolReference
 from burnish.model.tool import PolishingTool
+from burnish.paths.hertz import recommended_step
+from burnish.paths.raster import raster
+from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import WristFelt, simulated_job
-from burnish.polish.hertz import recommended_step
 from burnish.polish.recipe import MARGIN, Recipe
-from burnish.polish.stroke import Stroke
-from burnish.polish.toolpath import raster
 from burnish.rotation import quaternion_error
 from burnish.sim import arms
 from burnish.surface import DistanceGrid, Mould

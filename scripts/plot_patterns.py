@@ -15,9 +15,9 @@ import numpy as np
 from burnish.analysis.mould_map import TopView
 from burnish.analysis.plot import new_figure
 from burnish.model.tool import PolishingTool
-from burnish.polish.order import ordered
-from burnish.polish.patterns import Contour, CrossHatch, Geodesic, Pattern, Polyline, Raster, Spiral
-from burnish.polish.reach import Reach
+from burnish.paths.order import ordered
+from burnish.paths.patterns import Contour, CrossHatch, Geodesic, Pattern, Polyline, Raster, Spiral
+from burnish.paths.reach import Reach
 from burnish.polish.recipe import MARGIN
 from burnish.surface import DistanceGrid, Mould
 

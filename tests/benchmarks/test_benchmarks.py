@@ -14,7 +14,7 @@ import pytest
 
 from burnish.core import State
 from burnish.model.model import Model
-from burnish.polish.stroke import Stroke
+from burnish.paths.stroke import Stroke
 from burnish.rotation import exp
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"

@@ -18,9 +18,9 @@ import pytest
 
 from burnish.cli import main
 from burnish.commands import work
+from burnish.paths.stroke import from_plan
 from burnish.polish import cellsim
 from burnish.polish.process import Job
-from burnish.polish.stroke import from_plan
 from burnish.sim.robot import SimRobot
 from burnish.surface import DistanceGrid
 

@@ -13,8 +13,8 @@ import trimesh
 from burnish.commands.plan import run
 from burnish.commands.plan_options import PATTERNS, add_plan
 from burnish.errors import InputError, PlanError
+from burnish.paths.patterns import Polyline
 from burnish.polish import recipe_file
-from burnish.polish.patterns import Polyline
 from burnish.polish.plan_file import load_plan
 from burnish.polish.recipe import Bounds, Pass, Recipe
 from burnish.polish.recipe_file import write_recipe

@@ -13,8 +13,8 @@ from burnish.model.friction import Friction
 from burnish.model.model import Model
 from burnish.model.spin import SpinningTip
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import WristFelt, simulated_job
-from burnish.polish.stroke import Stroke
 from burnish.rotation import exp
 from burnish.sim.arms import honest
 from burnish.surface import DistanceGrid, Mould

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from burnish.paths.stroke import Stroke
 from burnish.polish.learn import MOST, Learner, smoothed
 from burnish.polish.passes import Leg
-from burnish.polish.stroke import Stroke
 
 X = np.arange(0.0, 0.1001, 0.5e-3)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from burnish.errors import InputError
+from burnish.paths.stroke import Stroke
 from burnish.polish.life import Abrasive
 from burnish.polish.passes import Leg
-from burnish.polish.stroke import Stroke
 
 
 def leg(length: float) -> Leg:

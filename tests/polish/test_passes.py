@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from burnish.errors import InputError
+from burnish.paths.stroke import Stroke
 from burnish.polish.passes import LEAD_IN, LIGHT, after, eased, legs_of, piece, split, without
-from burnish.polish.stroke import Stroke
 
 
 def line(length: float = 0.1) -> Stroke:

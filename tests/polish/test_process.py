@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import JointFelt, WristFelt, simulated_job
 from burnish.polish.process import SETTLE, Job
-from burnish.polish.stroke import Stroke
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms
 from burnish.sim.arms import Arm

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 
 from burnish.errors import InputError, PlanError
 from burnish.model.tool import PolishingTool
-from burnish.polish.patterns import Contour, CrossHatch, Geodesic, Polyline, Raster, Spiral
+from burnish.paths.patterns import Contour, CrossHatch, Geodesic, Polyline, Raster, Spiral
+from burnish.paths.stroke import Stroke, as_plan
+from burnish.paths.tilt import Tilt
 from burnish.polish.plan_file import load_plan, read_plan, write_plan
 from burnish.polish.recipe import BOUNDS, FEED, FORCE, TOOL, Bounds, Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS, as_tables, as_toml, from_tables, read_recipe, write_recipe
-from burnish.polish.stroke import Stroke, as_plan
-from burnish.polish.tilt import Tilt
 from burnish.surface import Mould
 
 FULL = Recipe(

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from teach.cells import TOOL, cell_of, dome, shown
 
-from burnish.commands.station import PRESS, bounds
 from burnish.core import Array, Dynamics, ToolReference
+from burnish.runtime.operating import operator
 from burnish.sim.robot import SimRobot
 from burnish.teach.cleanup import cleaned
 from burnish.teach.execute import Execute
@@ -22,14 +22,14 @@ from burnish.teach.train import Train
 from burnish.teleop.device import AT_REST, Axes, Reading
 from burnish.teleop.modes import Panel
 from burnish.teleop.modes_b import ModesB
-from burnish.teleop.reference import Operator
+from burnish.teleop.reference import Pace
 from burnish.trajectory import HoldPose
 
 LONGEST = 40_000
 FAST: Axes = (0.0, 0.5, 0.0, 0.0, 0.0, 0.0)
 """Half a deflection away from the operator."""
-RUBBING: Axes = (0.0, 0.3, -0.15, 0.0, 0.0, 0.0)
-"""Away, and down, so that the tool stays on the dome."""
+DOWN: Axes = (0.0, 0.0, -0.15, 0.0, 0.0, 0.0)
+"""A little, down to the dome."""
 
 
 class Wave:
@@ -259,17 +259,16 @@ class Stick:
         return Reading(t=0.0, axes=self.axes, buttons=(), age=0.0, connected=self.connected)
 
 
-@pytest.mark.parametrize("touching", [False], ids=["free"])
+@pytest.mark.parametrize("touching", [False, True], ids=["free", "contact"])
 def test_a_device_that_is_pulled_out_while_recording_leaves_an_arm_at_rest_and_what_was_shown(touching: bool) -> None:
     cell, stick = cell_of(), Stick()
     rig, robot = cell.rig()
-    limits = rig.supervisor.limits
-    operator = Operator(
-        read=stick.read, panel=Panel(modes=ModesB(fitted=False)), bounds=bounds(limits), press=PRESS * limits.tool_force
-    )
-    session = cell.train(rig, operator, lambda: "polishing")
+    panel = Panel(modes=ModesB(fitted=False))
+    moved = operator(read=stick.read, panel=panel, supervisor=rig.supervisor, pace=Pace())
+    session = cell.train(rig, moved, lambda: "polishing")
     order = [Key.GO_ON, Key.RECORD]
-    touched_at = gone_at = None
+    along_since = gone_at = None
+    phase_then = ""
     after: list[float] = []
     for _ in session.run():
         if order and order[0] in session.waits_for:
@@ -277,19 +276,20 @@ def test_a_device_that_is_pulled_out_while_recording_leaves_an_arm_at_rest_and_w
         if not session.phase.startswith("record"):
             continue
         now = session.arm().t
-        touches = session.phase == "record contact polishing"
         if gone_at is None:
-            # Down until it is felt, then along as fast as the device asks; or along from the first cycle on.
-            stick.axes = (0.0, 0.0, -0.15, 0.0, 0.0, 0.0) if touching and touched_at is None else FAST
-            touched_at = now if touched_at is None and (touches or not touching) else touched_at
-            moves = np.abs(robot.truth_dq()).max() > 0.05
-            assert now < 60.0, "it never touched and moved at once"
-            if touched_at is not None and now > touched_at + 0.3 and touches is touching and moves:
-                stick.connected, gone_at = False, now
+            # Down until it presses well, then along, and off the dome soon; or along from the first cycle on.
+            if along_since is None and (not touching or session.arm().F[2] > 12.0):
+                along_since = now
+            stick.axes = FAST if along_since is not None else DOWN
+            assert now < 30.0, "it never touched and moved at once"
+            if along_since is not None and now > along_since + 0.25:
+                assert np.linalg.norm(robot.truth_dq()) > 0.2
+                stick.connected, gone_at, phase_then = False, now, session.phase
         elif now > gone_at + 0.3:
             after.append(float(np.abs(robot.truth_dq()).max()))
             if len(after) == 100:
                 session.press(Key.STORE)
+    assert phase_then == f"record {'contact' if touching else 'free'} polishing"
     assert max(after) < np.deg2rad(1.0)
     assert not rig.supervisor.tripped
     assert session.stored is not None

@@ -18,11 +18,11 @@ from burnish.errors import PlanError
 from burnish.model.ik import inverse_kinematics
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import HOME, READY, Placement, nominal_placement, tool_down
 from burnish.polish.cellsim import WristFelt, law_for
 from burnish.polish.moves import Felt
 from burnish.polish.process import timed
-from burnish.polish.stroke import Stroke
 from burnish.rotation import exp
 from burnish.runtime.loop import Rig, control
 from burnish.sim.arms import Arm

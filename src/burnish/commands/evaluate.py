@@ -12,12 +12,12 @@ from burnish.analysis.metrics import PassSeries, Scalar, pass_metrics
 from burnish.analysis.mould_map import RemovalField
 from burnish.analysis.plot import RunSeries
 from burnish.core import Array, Sample, ToolReference
+from burnish.finish.removal import Coverage, Removal, coverage, workable
 from burnish.model.tool import PolishingTool
-from burnish.polish.hertz import recommended_step
+from burnish.paths.hertz import recommended_step
+from burnish.paths.reach import STEEPEST, Reach
 from burnish.polish.process import SETTLE
-from burnish.polish.reach import STEEPEST, Reach
 from burnish.polish.recipe import EDGE_BAND, PRESTON, Recipe
-from burnish.polish.removal import Coverage, Removal, coverage, workable
 from burnish.sim.truth import Truth
 from burnish.surface import Border, DistanceGrid, Mould, WorkingSurface
 

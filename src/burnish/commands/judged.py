@@ -15,11 +15,11 @@ from burnish.commands.evaluate import FIRST_SECOND, Evaluation, evaluate
 from burnish.commands.work import Work
 from burnish.core import Array
 from burnish.errors import RecordingError
-from burnish.polish.hertz import recommended_step
-from burnish.polish.patterns import CrossHatch
+from burnish.finish.removal import coverage
+from burnish.paths.hertz import recommended_step
+from burnish.paths.patterns import CrossHatch
 from burnish.polish.process import SETTLE, Job
 from burnish.polish.recipe import Recipe
-from burnish.polish.removal import coverage
 from burnish.surface import Mould, WorkingSurface
 
 REMOVED = "removed.npz"

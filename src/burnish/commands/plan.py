@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
+from burnish.check.collision import Near
+from burnish.check.plan import CheckedPlan, check
+from burnish.check.ways import jaco2_workplace
 from burnish.commands.options import check_writable
 from burnish.errors import InputError
+from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size, plan_strokes
-from burnish.polish.check import CheckedPlan, check
-from burnish.polish.collision import Near
 from burnish.polish.plan_file import write_plan
 from burnish.polish.planned import planned
 from burnish.polish.recipe import Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS, read_recipe
-from burnish.polish.stroke import Stroke
-from burnish.polish.ways import jaco2_workplace
 from burnish.surface import DistanceGrid, Mould
 
 

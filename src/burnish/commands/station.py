@@ -24,10 +24,10 @@ from burnish.model.tool import PolishingTool
 from burnish.polish.cell import HOME, nominal_placement
 from burnish.polish.cellsim import WristFelt, check_size, simulated_rig
 from burnish.record.described import described, fingerprint
-from burnish.runtime.guards import allowed_speed
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.runtime.machine import Mode
+from burnish.runtime.operating import operator
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim.arms import Arm
 from burnish.sim.hand import Hand
@@ -37,7 +37,6 @@ from burnish.sim.scene import Workpiece
 from burnish.surface import DistanceGrid, Mould
 from burnish.teleop.device import Device
 from burnish.teleop.find import WORDS, open_device
-from burnish.teleop.limits import Bounds
 from burnish.teleop.modes import Panel
 from burnish.teleop.modes_a import ModesA
 from burnish.teleop.modes_b import ModesB
@@ -46,8 +45,6 @@ from burnish.teleop.shaped import Shaped
 
 JACO2 = "jaco2"
 """The word for the real arm."""
-PRESS = 0.7
-"""Share of the force that stops the arm up to which an operator may press."""
 
 
 def hand_led(arm: Arm) -> OperationalSpace:
@@ -105,14 +102,11 @@ def station(options: argparse.Namespace) -> Station:
     limits, shared = supervisor.limits, options.near_people or options.robot == JACO2
     fingers = isinstance(robot, Paced) and options.mould is None
     device = open_device(options.device, time.monotonic if options.device in WORDS else _clock_of(robot))
-    operator = Operator(
+    hand = operator(
         read=Shaped(device=device).read,
         panel=Panel(modes=replace(MODES[options.modes], fitted=fingers), deadman=options.deadman),
-        bounds=bounds(limits),
+        supervisor=supervisor,
         pace=Pace.near_people() if shared else Pace(),
-        press=PRESS * limits.tool_force,
-        taken=lambda: supervisor.mode is not Mode.TORQUE,
-        allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
     )
     recorded = ("robot", "arm", "modes", "law", "seed", "mould", "device", "near_people", "deadman")
     return Station(
@@ -120,7 +114,7 @@ def station(options: argparse.Namespace) -> Station:
         rig=rig,
         robot=robot,
         law=law,
-        operator=operator,
+        operator=hand,
         device=device,
         fingers=fingers,
         metadata={"verb": "teleop", "rate": str(rate)}
@@ -128,7 +122,7 @@ def station(options: argparse.Namespace) -> Station:
         | {"operated": about, "operated_with": device.name}
         | {"python": platform.python_version(), "model_sha256": model_hash()}
         | versions()
-        | {"law_gains": described(law), "pace": described(operator.pace), "leash": described(operator.leash)}
+        | {"law_gains": described(law), "pace": described(hand.pace), "leash": described(hand.leash)}
         | {"limits": described(limits), "limits_sha256": fingerprint(limits)},
     )
 
@@ -178,12 +172,6 @@ def _model(arm: Arm) -> Model:
 def unshared(limits: Limits) -> Limits:
     """The limits where nobody can get to the arm: its tool speed is bounded by what it can do, and by no impact."""
     return replace(limits, free_speed=inf, impact_force=inf)
-
-
-def bounds(limits: Limits) -> Bounds:
-    """What the operator shall not reach: where the supervisor begins to push a joint back."""
-    lower, upper = limits.within(limits.soft_margin, 0.1)
-    return Bounds(lower=lower, upper=upper, speed=limits.speed, box_low=limits.box_low, box_high=limits.box_high)
 
 
 def _checked(options: argparse.Namespace) -> float:

@@ -18,7 +18,7 @@ from burnish.commands.order import ARMS
 from burnish.commands.screen import Screen
 from burnish.commands.seat import Seat, needs_somebody, paced
 from burnish.commands.signals import ended_by_signals
-from burnish.commands.station import MODES, PRESS, bounds
+from burnish.commands.station import MODES
 from burnish.commands.taught import Place
 from burnish.commands.taught_report import CLEANED, cleaned_figure, write_page
 from burnish.commands.work import versions
@@ -28,8 +28,8 @@ from burnish.polish.cell import tool_down
 from burnish.record.described import described, fingerprint
 from burnish.record.recorder import Recorder
 from burnish.record.recording import Recording
-from burnish.runtime.guards import allowed_speed
 from burnish.runtime.loop import Rig
+from burnish.runtime.operating import operator
 from burnish.sim.robot import SimRobot
 from burnish.teach.cleanup import Taught, cleaned
 from burnish.teach.demonstration import STORED, Demonstration, placement_text, write_poses
@@ -41,7 +41,7 @@ from burnish.teleop.device import Device
 from burnish.teleop.find import WORDS, open_device
 from burnish.teleop.keyboard import Keyboard
 from burnish.teleop.modes import Panel
-from burnish.teleop.reference import Operator
+from burnish.teleop.reference import Pace
 from burnish.teleop.shaped import Shaped
 
 DONE, STOPPED, INTERRUPTED = 0, 3, 130
@@ -170,19 +170,13 @@ def _shower(options: argparse.Namespace, cell: Cell, rig: Rig, robot: SimRobot) 
         return Shower(source=hand, mode=lambda: HAND, ended=lambda: hand.done, name="a simulated hand")
     clock = time.monotonic if options.device in WORDS else lambda: robot.time
     device = open_device(options.device, clock)
-    limits = rig.supervisor.limits
-    operator = Operator(
-        read=Shaped(device=device).read,
-        panel=Panel(modes=MODES[options.modes]),
-        bounds=bounds(limits),
-        press=PRESS * limits.tool_force,
-        taken=lambda: rig.supervisor.tripped,
-        allowed_speed=lambda arm, v: allowed_speed(limits, arm, v),
+    moved = operator(
+        read=Shaped(device=device).read, panel=Panel(modes=MODES[options.modes]), supervisor=rig.supervisor, pace=Pace()
     )
     return Shower(
-        source=operator,
-        mode=lambda: operator.panel.modes.mode.name,
-        ended=lambda: not operator.reading.connected,
+        source=moved,
+        mode=lambda: moved.panel.modes.mode.name,
+        ended=lambda: not moved.reading.connected,
         name=device.name,
         device=device,
     )

@@ -18,13 +18,13 @@ from burnish.core import Sample, ToolReference
 from burnish.errors import InputError
 from burnish.model.model import JACO2_URDF
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import nominal_placement
 from burnish.polish.cellsim import check_size, simulated_job
 from burnish.polish.journal import EVERY, Journal, Mark
 from burnish.polish.learn import Learner
 from burnish.polish.life import Abrasive
 from burnish.polish.process import Job
-from burnish.polish.stroke import Stroke
 from burnish.record.described import described, fingerprint
 from burnish.record.recorder import Recorder
 from burnish.sim.robot import SimRobot

@@ -14,13 +14,13 @@ from burnish.core import Array, Sample
 from burnish.model.ik import inverse_kinematics
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
+from burnish.paths.hertz import recommended_step
+from burnish.paths.raster import raster
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import HOME, READY, Placement, nominal_placement, tool_down
-from burnish.polish.hertz import recommended_step
 from burnish.polish.moves import Moves, five_touches
 from burnish.polish.process import Job
 from burnish.polish.recipe import MARGIN, Recipe
-from burnish.polish.stroke import Stroke
-from burnish.polish.toolpath import raster
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.runtime.supervisor import Supervisor

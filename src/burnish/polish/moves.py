@@ -12,10 +12,10 @@ from burnish.control.joint import ComputedTorque
 from burnish.core import Array, Controller, Dynamics, Ref, Sample, Source, State
 from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import READY, Placement
 from burnish.polish.feasible import joint_travel_time, travel_time
 from burnish.polish.locate import doubt_left, locate, touch_points, untold
-from burnish.polish.stroke import Stroke
 from burnish.runtime.loop import Rig, control
 from burnish.surface import DistanceGrid
 from burnish.trajectory import Cubic, CubicPose, Descend, HoldPose

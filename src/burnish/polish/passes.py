@@ -9,7 +9,7 @@ import numpy as np
 
 from burnish.core import Array
 from burnish.errors import InputError
-from burnish.polish.stroke import Stroke
+from burnish.paths.stroke import Stroke
 
 NODES = 4
 """Points of the shortest piece that can be timed."""

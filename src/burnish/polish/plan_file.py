@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from burnish.errors import InputError, PlanError
+from burnish.paths.stroke import Stroke, as_plan, from_plan
 from burnish.polish.recipe import Recipe
 from burnish.polish.recipe_file import as_tables, from_tables
-from burnish.polish.stroke import Stroke, as_plan, from_plan
 from burnish.surface import Mould
 
 MAX_BYTES = 64 * 2**20

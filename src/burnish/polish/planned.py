@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from burnish.errors import InputError
-from burnish.polish.order import ordered
-from burnish.polish.patterns import Raster
-from burnish.polish.reach import Reach
+from burnish.paths.order import ordered
+from burnish.paths.patterns import Raster
+from burnish.paths.reach import Reach
+from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
 from burnish.polish.recipe import MARGIN, Pass, Recipe
-from burnish.polish.stroke import Stroke
-from burnish.polish.tilt import Tilt
 from burnish.surface import DistanceGrid, Mould
 
 

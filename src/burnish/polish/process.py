@@ -11,6 +11,7 @@ from burnish.control.joint import GravityCompensation
 from burnish.core import Array, Sample, ToolReference
 from burnish.errors import PlanError
 from burnish.model.ik import inverse_kinematics
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import READY, Placement
 from burnish.polish.drift import Drift
 from burnish.polish.feasible import JointPath, follow
@@ -18,7 +19,6 @@ from burnish.polish.learn import Learner
 from burnish.polish.life import Abrasive
 from burnish.polish.moves import Moves
 from burnish.polish.passes import Leg, legs_of, split
-from burnish.polish.stroke import Stroke
 from burnish.trajectory import CubicPose, Hold, SurfacePath, TimedPath
 from burnish.trajectory.path import feed_share, time_path, tool_rotation
 

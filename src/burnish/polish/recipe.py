@@ -11,8 +11,8 @@ from typing_extensions import Self
 
 from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
-from burnish.polish.patterns import Pattern
-from burnish.polish.tilt import STEEPEST_LEAN, Tilt
+from burnish.paths.patterns import Pattern
+from burnish.paths.tilt import STEEPEST_LEAN, Tilt
 
 MARGIN = 3e-3
 """The path's inset from the border of the part [m]: the mould may have slid 2 mm, and the tip must not fall."""

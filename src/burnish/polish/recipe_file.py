@@ -18,9 +18,9 @@ import tomli_w
 
 from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
-from burnish.polish.patterns import Contour, CrossHatch, Geodesic, Pattern, Polyline, Raster, Spiral
+from burnish.paths.patterns import Contour, CrossHatch, Geodesic, Pattern, Polyline, Raster, Spiral
+from burnish.paths.tilt import Tilt
 from burnish.polish.recipe import ANGLE, BOUNDS, FEED, FORCE, LEAN, PRESTONS, STEP, TOOL, Bounds, Pass, Range, Recipe
-from burnish.polish.tilt import Tilt
 
 if sys.version_info >= (3, 11):
     import tomllib

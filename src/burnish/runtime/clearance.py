@@ -7,6 +7,7 @@ it is computed anew. Most cycles cost one sum over the joints.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import dist, inf, sqrt
 from typing import TypeAlias
 
@@ -16,10 +17,11 @@ from burnish.core import Array, Dynamics
 from burnish.runtime.limits import Limits
 
 Point: TypeAlias = list[float]
-
-
-AHEAD = 0.02
-"""Time by which a motion is looked ahead [s]: short against the way to any turn of it."""
+Gap: TypeAlias = tuple[float, int, int, float, float, tuple[float, float, float], float]
+"""The distance of two capsules, their numbers, and of their axes what `nearest` says."""
+CLOSE = 1e-6
+"""Way below which there is none [m]."""
+UNTURNED = np.eye(4)
 
 
 class Clearance:
@@ -35,17 +37,24 @@ class Clearance:
         self._near = limits.self_slow if near is None else near
         self._slow = limits.self_slow
         self._carrier = limits.capsules[:, 0].astype(int).tolist()
-        self._ends = limits.capsules[:, 1:7].reshape(-1, 2, 3)
-        self._radius = limits.capsules[:, 7].tolist()
-        self._pairs = [(int(a), int(b)) for a, b in limits.pairs.tolist()]
+        ends, radius = limits.capsules[:, 1:7].reshape(-1, 2, 3), limits.capsules[:, 7].tolist()
+        self._pairs = [(int(a), int(b), radius[int(a)] + radius[int(b)]) for a, b in limits.pairs.tolist()]
         # Of Rodrigues' formula; the cross product of a row of the unit matrix with an axis is a row of K.
         unit = limits.axes[:, :3] / np.linalg.norm(limits.axes[:, :3], axis=1, keepdims=True)
-        self._K = np.cross(np.eye(3), unit[:, None, :])
-        self._K2 = self._K @ self._K
-        self._foot = limits.axes[:, 3:]
+        K, foot = np.cross(np.eye(3), unit[:, None, :]), limits.axes[:, 3:]
+        self._sine, self._versine = _turn_about(K, foot), _turn_about(K @ K, foot)
+        self._ends = np.concatenate([ends, np.ones((len(ends), 2, 1))], axis=2).transpose(0, 2, 1)
+        self._way = [dist(a, b) for a, b in pairwise(foot)]
+        self._own = [
+            max((dist(end, here) for k, two in zip(self._carrier, ends, strict=True) if k == joint for end in two),
+                default=0.0)
+            for joint, here in enumerate(foot, 1)
+        ]  # fmt: skip
+        self._to_tool = dist(ends[-1][0], foot[-1]) if self._pairs else 0.0
         self._reach: list[float] = []
         self._seen: list[float] | None = None
         self._left = 0.0
+        self._gaps: list[Gap] = []
 
     def at(self, arm: Dynamics) -> float:
         """The distance [m], or a bound of it that is not near; negative where two parts run into each other."""
@@ -66,58 +75,89 @@ class Clearance:
     def closing(self, arm: Dynamics, dq: Array) -> tuple[float, float]:
         """The way to where the arm is braked for being near itself [m], and how fast ``dq``, (n,), closes it [m/s].
 
-        Far from there it is inf, and 0.
+        Of all the pairs that are near, that which gets there first. Far from there it is inf, and 0.
+
+            ḋ = uᵀ (ẋ − ẏ) = Σᵢ q̇ᵢ uᵀ (vᵢ + ωᵢ × (x − p))
+
+        with the nearest points x and y of a pair, u from y to x, the columns [vᵢ; ωᵢ] of J, and the joints i that move
+        x and not y: what moves both changes no distance between them.
         """
-        distance = self.at(arm)
-        if not distance < self._near:
+        if not self.at(arm) < self._near:
             return inf, 0.0
-        then, _ = self._measured(arm.q + AHEAD * dq, arm.p + AHEAD * arm.J[:3].dot(dq))
-        return distance - self._slow, (distance - then) / AHEAD
+        first, way, speed = (False, -inf), inf, 0.0
+        for distance, a, b, share_a, share_b, (x, y, z), apart in self._gaps:
+            if not distance < self._near or apart == 0.0:
+                continue
+            beyond, before, share, size = a, b, share_a, apart
+            if self._carrier[a] < self._carrier[b]:
+                beyond, before, share, size = b, a, share_b, -apart
+            (x0, y0, z0), (x1, y1, z1) = self._placed[beyond]
+            px, py, pz = self._tip
+            rx, ry, rz = x0 + share * (x1 - x0) - px, y0 + share * (y1 - y0) - py, z0 + share * (z1 - z0) - pz
+            x, y, z = x / size, y / size, z / size
+            moving = slice(self._carrier[before], self._carrier[beyond])
+            along = np.array((x, y, z, ry * z - rz * y, rz * x - rx * z, rx * y - ry * x))
+            closes = -float(along.dot(arm.J[:, moving]).dot(dq[moving]))
+            left = distance - self._slow
+            # Where none closes, that which is nearest.
+            urgent = (True, closes / max(left, CLOSE)) if closes > 0.0 else (False, -left)
+            if urgent > first:
+                first, way, speed = urgent, left, closes
+        return way, speed
 
     def measure(self, arm: Dynamics) -> float:
         """The distance as it is [m]."""
-        distance, length = self._measured(arm.q, arm.p)
-        self._reach = self._reaches(length)
-        return distance
+        ends, tip = self._place(arm.q), arm.p.tolist()
+        ends[-1][1] = tip
+        self._placed, self._tip, self._gaps, least = ends, tip, [], inf
+        for a, b, thick in self._pairs:
+            share_a, share_b, between, apart = nearest(*ends[a], *ends[b])
+            self._gaps.append((apart - thick, a, b, share_a, share_b, between, apart))
+            if apart - thick < least:
+                least = apart - thick
+        self._reach = self._reaches(dist(*ends[-1]))
+        return least
 
-    def _measured(self, joints: Array, tip: Array) -> tuple[float, float]:
-        """The distance at joint positions [rad] and the tool point there, and the length of the last capsule [m]."""
-        q = joints[:, None, None]
-        # Each joint turns all that is beyond it about its axis at q = 0: x ↦ foot + E (x − foot), the last one first.
-        E = np.eye(3) + np.sin(q) * self._K + (1.0 - np.cos(q)) * self._K2
-        shift = self._foot - (E @ self._foot[:, :, None])[:, :, 0]
-        R, p = [np.eye(3)], [np.zeros(3)]
-        for turn, step in zip(E, shift, strict=True):
-            p.append(p[-1] + R[-1].dot(step))
-            R.append(R[-1].dot(turn))
-        placed = self._ends @ np.array(R)[self._carrier].transpose(0, 2, 1) + np.array(p)[self._carrier][:, None]
-        ends = placed.tolist()
-        ends[-1][1] = tip.tolist()
-        least: float = min(
-            segment_distance(*ends[a], *ends[b]) - self._radius[a] - self._radius[b] for a, b in self._pairs
+    def _place(self, q: Array) -> list[list[Point]]:
+        """Both ends of the axis of each capsule, base frame [m]; the last one ends where it does at q = 0."""
+        turns = (np.sin(q)[:, None, None] * self._sine) + ((1.0 - np.cos(q))[:, None, None] * self._versine)
+        pose, poses = UNTURNED, [UNTURNED]
+        # Each joint turns all that is beyond it about its axis at q = 0: x ↦ foot + E (x − foot).
+        for turn in turns:
+            pose = pose + pose.dot(turn)
+            poses.append(pose)
+        placed: list[list[Point]] = (
+            (np.array([poses[k] for k in self._carrier]) @ self._ends)[:, :3].transpose(0, 2, 1).tolist()
         )
-        return least, dist(*ends[-1])
+        return placed
 
     def _reaches(self, tool: float) -> list[float]:
         """Furthest that a part beyond each joint can be from that joint's axis [m], by the way along the arm.
 
         ``tool`` is the length of the last capsule.
         """
-        reaches: list[float] = []
-        far = dist(self._ends[-1][0], self._foot[-1]) + tool
-        for joint in range(len(self._foot), 0, -1):
-            here = self._foot[joint - 1]
-            if reaches:
-                far = reaches[-1] + dist(self._foot[joint], here)
-            own = [
-                dist(end, here) for k, ends in zip(self._carrier, self._ends, strict=True) if k == joint for end in ends
-            ]
-            reaches.append(max([far, *own]))
+        far = max(self._to_tool + tool, self._own[-1])
+        reaches = [far]
+        for way, own in zip(self._way[::-1], self._own[-2::-1], strict=True):
+            far = max(far + way, own)
+            reaches.append(far)
         return reaches[::-1]
 
 
+def _turn_about(K: Array, foot: Array) -> Array:
+    """What a turn adds to a pose, (n, 4, 4), of x ↦ K (x − foot)."""
+    turn = np.zeros((len(K), 4, 4))
+    turn[:, :3, :3], turn[:, :3, 3] = K, -(K @ foot[:, :, None])[:, :, 0]
+    return turn
+
+
 def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:
-    """Distance of the segments from a to b and from c to d [m].
+    """Distance of the segments from a to b and from c to d [m]."""
+    return nearest(a, b, c, d)[3]
+
+
+def nearest(a: Point, b: Point, c: Point, d: Point) -> tuple[float, float, tuple[float, float, float], float]:
+    """Where the segments from a to b and from c to d are nearest: the shares of both, x − y [m], and its length [m].
 
     Source: Ericson, Real-Time Collision Detection, 5.1.9.
     """
@@ -132,7 +172,7 @@ def segment_distance(a: Point, b: Point, c: Point, d: Point) -> float:
     # With t at an end, s is the nearest to that end; else it is what it was.
     s = _share(uv * t - ur, uu)
     x, y, z = rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
-    return sqrt(x * x + y * y + z * z)
+    return s, t, (x, y, z), sqrt(x * x + y * y + z * z)
 
 
 def _share(above: float, below: float) -> float:

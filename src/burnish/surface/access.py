@@ -65,8 +65,7 @@ class Access:
         if not 0.0 < tip_radius < np.inf:
             raise InputError(f"the tip radius is {tip_radius} m; expected a positive length")
         surface = WorkingSurface.of(mould, spacing)
-        samples = sampled(mould.vertices[mould.faces], spacing)[0]
-        around = cKDTree(np.concatenate((samples, surface.vertices)))
+        around = cKDTree(_thinned(sampled(mould.vertices[mould.faces], spacing)[0], spacing / 2.0), leafsize=64)
         radius = _largest(around, surface.vertices, surface.normals, tip_radius / ROOM)
         return cls(surface=surface, tip_radius=tip_radius, radius=read_only(radius))
 
@@ -93,6 +92,17 @@ class Access:
             f"of {whole:.1f} cm² that face up a tip of {1e3 * self.tip_radius:.3g} mm cannot reach {out:.1f} cm², and "
             f"{tight:.1f} cm² lie in hollows under {1e3 * self.tip_radius / ROOM:.3g} mm, too tight to work evenly"
         )
+
+
+def _thinned(points: Array, side: float) -> Array:
+    """One of the points (N, 3) in each cube of a side [m]: slender triangles have many more than the surface needs.
+
+    That matters because all of a hollow is about as far from a ball's centre, and a tree then looks at everything.
+    """
+    cube = np.floor((points - points.min(axis=0)) / side).astype(np.int64)
+    span = cube.max(axis=0) + 1
+    first = np.unique((cube[:, 0] * span[1] + cube[:, 1]) * span[2] + cube[:, 2], return_index=True)[1]
+    return np.asarray(points[first])
 
 
 def _largest(around: cKDTree, places: Array, normals: Array, most: float) -> Array:

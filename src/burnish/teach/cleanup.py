@@ -17,9 +17,9 @@ from scipy.signal import savgol_filter
 from burnish.core import Array
 from burnish.errors import RecordingError
 from burnish.model.tool import PolishingTool
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import Placement
 from burnish.polish.locate import locate
-from burnish.polish.stroke import Stroke
 from burnish.rotation import from_quaternion, quaternions
 from burnish.surface import DistanceGrid
 from burnish.surface.touch import unit

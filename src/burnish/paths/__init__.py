@@ -1,0 +1,1 @@
+"""Tool paths over a surface: patterns, their lines and spacing, and the strokes that they become."""
