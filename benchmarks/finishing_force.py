@@ -26,13 +26,12 @@ import numpy as np
 from common import machine, pieces_of, text_table, write_json
 
 from burnish.commands.evaluate import RunLog
-from burnish.control.observer import MomentumSense
-from burnish.core import Array, Dynamics, Sample, State
+from burnish.core import Array, Sample
 from burnish.model.ik import inverse_kinematics
 from burnish.model.tool import PolishingTool
 from burnish.paths.stroke import Stroke
 from burnish.polish.cell import READY, Placement, nominal_placement
-from burnish.polish.cellsim import WristFelt, plan_strokes, simulated_job
+from burnish.polish.cellsim import JointFelt, WristFelt, plan_strokes, simulated_job
 from burnish.polish.moves import Moves, nearest_turn
 from burnish.polish.process import SETTLE
 from burnish.polish.recipe import Recipe
@@ -142,7 +141,7 @@ def drive(task: Task) -> dict[str, Any]:
         strokes,
         arm,
         rate=task.rate,
-        felt=WristFelt(),
+        felt=JointFelt() if task.joint else WristFelt(),
         tool=task.tool,
         on_phase=lambda phase: watch.phases.append((robot.time, phase)),
         stands=meant,
@@ -150,9 +149,6 @@ def drive(task: Task) -> dict[str, Any]:
     job.placement = meant
     if task.place is not None:
         job.finder = untouched
-    if task.joint:
-        job.rig.sense = MomentumSense(armature=arm.armature)
-    guard(job)
     limit = job.rig.model.velocity_limit
     with robot:
         for sample in job.run():
@@ -163,20 +159,6 @@ def drive(task: Task) -> dict[str, Any]:
     event = job.rig.supervisor.event
     ended = job.failure or (None if event is None else event.cause)
     return found | {"task": task.name, "seed": task.seed, "ended": ended, **touches(watch, robot.truth)}
-
-
-def guard(job: Moves) -> None:
-    """A touch is what the sense says after each tare; the law takes 0.6 of it for contact."""
-    sense, up = job.rig.sense, np.array([0.0, 0.0, 1.0])
-    tare = sense.tare
-
-    def and_learn(readings: list[tuple[Dynamics, State]]) -> None:
-        tare(readings)
-        job.touch_force = sense.touch_threshold(up)
-
-    sense.tare = and_learn  # type: ignore[method-assign]
-    law = replace(job.law, contact_force=0.6 * sense.touch_threshold(up), spinning=job.tool.spinning)
-    job.law = law.against(job.tool.stiffness)
 
 
 def touches(watch: Watch, truth: Any) -> dict[str, Any]:

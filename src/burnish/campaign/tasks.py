@@ -96,7 +96,7 @@ class PressAndSlide:
         yield from self._tare(rig, law)
         point, normal = place.points(self.stroke.points[:1])[0], place.directions(self.stroke.normals[:1])[0]
         down = Descend(direction=-normal, R=tool_rotation(normal, self.upright), speed=self.approach)
-        felt = Felt(direction=normal, force=WristFelt().touch_force)
+        felt = Felt(direction=normal, force=rig.sense.touch_threshold(normal))
         deep = 8.0 * DEPTH if self.blind else DEPTH
         yield from self._drive(rig, down, law, lambda arm: (felt(arm) and not self.blind) or down.depth(arm) > deep)
         assert rig.arm is not None

@@ -9,7 +9,8 @@ import numpy as np
 
 from burnish.control.force import ForceMotion
 from burnish.control.joint import ComputedTorque
-from burnish.control.wrench import ContactSense, JointSense, WristSense
+from burnish.control.observer import MomentumSense
+from burnish.control.wrench import ContactSense, WristSense
 from burnish.core import Array, Sample
 from burnish.model.ik import inverse_kinematics
 from burnish.model.model import Model
@@ -39,24 +40,24 @@ TURN = np.deg2rad(2.0)
 class WristFelt:
     """Feel with the wrist sensor."""
 
-    touch_force: float = 0.8
-    """[N]: far above the sensor's noise of 0.05 N."""
+    least_touch: float = WristSense.least_touch
+    """Least force that counts as a touch [N], however little noise there is."""
 
-    def sense(self, tool: PolishingTool) -> ContactSense:
-        """The sense for this tool."""
-        return WristSense(mass=tool.mass, com=tool.com, offset=tool.length)
+    def sense(self, tool: PolishingTool, arm: Arm) -> ContactSense:
+        """The sense for this tool on this arm."""
+        return WristSense(mass=tool.mass, com=tool.com, offset=tool.length, least_touch=self.least_touch)
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointFelt:
     """Feel with the joint torque sensors."""
 
-    touch_force: float = 2.0
-    """[N]: 0.02 N·m of noise and what the gravity model is wrong by over a few millimetres."""
+    least_touch: float = MomentumSense.least_touch
+    """Least force that counts as a touch [N], however little noise there is."""
 
-    def sense(self, tool: PolishingTool) -> ContactSense:
-        """The sense for this tool."""
-        return JointSense()
+    def sense(self, tool: PolishingTool, arm: Arm) -> ContactSense:
+        """The sense for this tool on this arm, whose nominal rotors it knows."""
+        return MomentumSense(armature=arm.armature, least_touch=self.least_touch)
 
 
 def check_size(mould: Mould, tool: PolishingTool) -> None:
@@ -128,7 +129,6 @@ def simulated_job(
         law=law_for(arm, rate, tool, felt),
         travel=travel_law(arm),
         home=HOME,
-        touch_force=felt.touch_force,
         uncertainty=SLIDE + TURN * half_size(points),
         finder=finder,
         on_phase=on_phase,
@@ -142,7 +142,7 @@ def simulated_rig(
     """A simulated arm at home over a work-piece, with the model that its controller may have of it."""
     model = tool.on(Model.jaco2()).with_armature(arm.armature)
     robot = SimRobot(HOME, rate=rate, plant=arm.plant, tool=tool, workpiece=workpiece)
-    return Rig(robot, model, Supervisor(limits=Limits.jaco2(), period=1.0 / rate), felt.sense(tool)), robot
+    return Rig(robot, model, Supervisor(limits=Limits.jaco2(), period=1.0 / rate), felt.sense(tool, arm)), robot
 
 
 def travel_law(arm: Arm) -> ComputedTorque:
@@ -157,13 +157,15 @@ def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointF
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
     omega = min(40.0, 0.29 / dead)
-    return ForceMotion(
+    law = ForceMotion(
         position_frequency=omega,
         orientation_frequency=omega,
         friction=arm.friction,
         surface_friction=tool.friction,
-        contact_force=0.6 * felt.touch_force,
+        contact_force=0.6 * felt.least_touch,
+        spinning=tool.spinning,
     )
+    return law.against(tool.stiffness)
 
 
 def half_size(points: Array) -> float:

@@ -83,8 +83,6 @@ class Moves:
     """Law of the motion from and to home."""
     home: Array
     """Joint positions at the start and at the end [rad], (n,)."""
-    touch_force: float
-    """Force that counts as a touch [N]."""
     uncertainty: float
     """How far the surface may lie from its nominal place [m]."""
     finder: Callable[[Moves], Iterator[Sample]] = five_touches
@@ -122,7 +120,7 @@ class Moves:
         yield from self.across(p + (self.uncertainty + CLEARANCE) * n, R)
         yield from self.tare()
         descent = Descend(direction=-n, R=R, speed=APPROACH_SPEED)
-        felt = Felt(direction=n, force=self.touch_force)
+        felt = Felt(direction=n, force=self.rig.sense.touch_threshold(n))
         depth = 2.0 * self.uncertainty + CLEARANCE + SEARCH
         yield from self.drive(phase, descent, self.law, lambda arm: felt(arm) or descent.depth(arm) > depth)
         if not self.stopping and not felt.sure:

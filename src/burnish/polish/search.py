@@ -315,7 +315,7 @@ def _feel(moves: Moves, search: Search, line: Line) -> Iterator[Sample]:
     yield from moves.tare()
     speed = APPROACH_SPEED if line.far < LONG else HASTE
     descent = Descend(direction=line.way, R=R, speed=speed)
-    felt = Felt(direction=-line.way, force=moves.touch_force)
+    felt = Felt(direction=-line.way, force=moves.rig.sense.touch_threshold(-line.way))
     way: list[Array] = []
 
     def ended(arm: object) -> bool:

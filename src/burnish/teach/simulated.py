@@ -133,7 +133,6 @@ class Cell:
             "law": law_for(self.arm, self.rate, self.tool, self.felt),
             "travel": travel_law(self.arm),
             "home": HOME,
-            "touch_force": self.felt.touch_force,
             "uncertainty": SLIDE + TURN * half_size(self.mould.vertices),
             "ready": nearest_turn(rig.model.lower, HOME, q),
         }

@@ -108,6 +108,7 @@ class Train(Session):
     def _note_contact(self, arm: Dynamics) -> None:
         """Name the phase by contact, with two thresholds, and by mode."""
         if arm.F is not None:
-            pressing = -float(arm.R[:, 2] @ arm.F[:3])
-            self._touching = pressing > (LEFT if self._touching else 1.0) * self.touch_force
+            outward = -arm.R[:, 2]
+            touch = self.rig.sense.touch_threshold(outward)
+            self._touching = float(outward @ arm.F[:3]) > (LEFT if self._touching else 1.0) * touch
         self.phase = phase_of(self._touching, self.mode())

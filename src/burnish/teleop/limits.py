@@ -27,10 +27,11 @@ JOINT_SPEED = 0.65
 """Share of a joint's speed limit that the operator gets; the supervisor brakes from 0.8."""
 OVERSHOT = 0.68
 """The same for the reference on its smooth way from one twist to the next, which need not be a straight one."""
-FASTER, SLOWER = 2.5, 5.0
-"""What the operator's accelerations may ask of a joint when it is to move faster, and slower [rad/s²]. A supervisor
-that looks two cycles of 10 ms ahead, at a torque that comes back no faster than its rate, stops a joint that is
-accelerated much more; what slows down it lets pass, and 5 rad/s² bring a joint to rest in about a tenth of a second."""
+FASTER, SLOWER = 1.5, 5.0
+"""What the operator's accelerations may ask of a joint when it is to move faster, and slower [rad/s²]. A joint that
+turns round sticks, and catches up with twice the acceleration that is asked: with 2.5 rad/s² it takes the tool past
+the speed at which it is stopped. What slows down a supervisor lets pass, and 5 rad/s² bring a joint to rest in about a
+tenth of a second."""
 DAMPING = 1e-3
 """Of the joint speeds in a singularity, in units of the singular values; elsewhere they are exact to 0.1 %."""
 ASIDE = 0.005
@@ -81,9 +82,10 @@ class Mobility:
         """Share of the accelerations [m/s², rad/s²], (6,), with which the twist may change without hurrying a joint."""
         duration = float((np.abs(after - before) / acceleration).max())
         now, then = self.joint_speeds(before), self.joint_speeds(after)
-        fastest = float(np.abs(then - now).max())
-        most = SLOWER if float(then.dot(then)) < float(now.dot(now)) else FASTER
-        return min(1.0, most * duration / fastest) if fastest > 0.0 else 1.0
+        # Joint by joint: while all together slow down, one may have to start.
+        most = np.where(np.abs(then) < np.abs(now), SLOWER, FASTER)
+        least = float((np.abs(then - now) / most).max())
+        return min(1.0, duration / least) if least > 0.0 else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
