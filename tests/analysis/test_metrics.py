@@ -5,7 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from burnish.analysis.metrics import PassSeries, pass_metrics, tangential_speed, tilt, touch_peak, write_metrics
+from burnish.analysis.metrics import (
+    PassSeries,
+    pass_metrics,
+    tangential_speed,
+    tilt,
+    tilt_error,
+    touch_peak,
+    write_metrics,
+)
 from burnish.errors import InputError
 
 
@@ -54,6 +62,32 @@ def test_contact_is_lost_below_a_fifth_of_a_newton():
 
     # 0.5 s of 10 s.
     assert pass_metrics(series(force=force), [3.0]).contact_lost_pct == pytest.approx(5.0, abs=0.02)
+
+
+def turned(axis, angle):
+    """A turn about an axis, by Rodrigues' formula."""
+    x, y, z = axis
+    S = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * S + (1.0 - np.cos(angle)) * S @ S
+
+
+def test_tilt_error_of_an_upright_tool_is_its_tilt():
+    rng = np.random.default_rng(0)
+    axis, normal, planned = (rows / np.linalg.norm(rows, axis=1, keepdims=True) for rows in rng.normal(size=(3, 50, 3)))
+    assert tilt_error(axis, normal, -planned, planned) == pytest.approx(tilt(axis, normal), abs=1e-9)
+
+
+def test_tilt_error_counts_from_the_lean_that_was_told_over_the_surface_that_is_there():
+    normal, lean = np.array([[0.0, 0.0, 1.0]]), 0.2
+    told = np.array([[np.sin(lean), 0.0, -np.cos(lean)]])
+    assert tilt_error(told, normal, told, normal) == pytest.approx(0.0, abs=1e-12)
+    assert tilt_error(-normal, normal, told, normal) == pytest.approx(lean)
+    # Leaning as far to the other side is twice as wrong, not right.
+    assert tilt_error(told * [-1.0, 1.0, 1.0], normal, told, normal) == pytest.approx(2.0 * lean)
+    # A surface that is turned takes the wanted axis with it.
+    Q = turned([0.0, 1.0, 0.0], 0.1)
+    assert tilt_error(told @ Q.T, normal @ Q.T, told, normal) == pytest.approx(0.0, abs=1e-12)
+    assert tilt_error(told, normal @ Q.T, told, normal) == pytest.approx(0.1)
 
 
 def test_tilt_is_reported_in_degrees():

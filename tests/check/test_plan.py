@@ -21,6 +21,7 @@ from burnish.errors import PlanError
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
 from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
 from burnish.polish.cell import HOME, READY, TURN, Placement, tool_down
 from burnish.polish.feasible import track
 from burnish.polish.process import timed
@@ -124,6 +125,25 @@ def test_hand_too_near_the_upper_arm_is_refused() -> None:
 def test_hand_that_meets_a_tower_beside_the_path_is_refused() -> None:
     tower = block((0.05, 0.0, 0.02, 0.06, 0.2))
     assert "runs into the mould" in refusal([line(-0.01), line(0.01)], place(mould=tower))
+
+
+def test_tool_that_leans_has_room_on_the_side_to_which_it_does_not_lean() -> None:
+    tower = block((0.05, 0.0, 0.01, 0.06, 0.08))
+    upright = [line(-0.01, -0.03, 0.0), line(0.01, -0.03, 0.0)]
+    towards, away = (
+        [replace(one, tilt=Tilt(angle=0.4, heading=heading)) for one in upright] for heading in (0.0, np.pi)
+    )
+    assert "the hand runs into the mould" in refusal(towards, place(mould=tower))
+    room, more = (check(place(mould=tower), strokes, Recipe()).clearances.around for strokes in (upright, away))
+    assert more.distance > room.distance + 3e-3
+
+
+def test_plan_of_a_leaning_tool_comes_back_as_it_was() -> None:
+    strokes = [replace(line(y), tilt=Tilt(angle=float(np.deg2rad(10.0)), heading=1.0)) for y in (-0.01, 0.01)]
+    plan = check(place(), strokes, Recipe())
+    assert [one.tilt for one in plan.strokes] == [one.tilt for one in strokes]
+    assert all((one.feed == 0.02).all() for one in plan.strokes)
+    assert plan.notes == ()
 
 
 def test_post_between_two_strokes_is_met_in_the_air() -> None:

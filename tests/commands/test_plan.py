@@ -14,6 +14,7 @@ from burnish.commands.plan import run
 from burnish.commands.plan_options import PATTERNS, add_plan
 from burnish.errors import InputError, PlanError
 from burnish.paths.patterns import Polyline
+from burnish.paths.tilt import Tilt
 from burnish.polish import recipe_file
 from burnish.polish.plan_file import load_plan
 from burnish.polish.recipe import Bounds, Pass, Recipe
@@ -79,10 +80,13 @@ def test_patterns_of_the_option_are_those_of_the_file() -> None:
     assert set(PATTERNS) == set(recipe_file.PATTERNS) - {"polyline"}
 
 
-def test_leaning_tool_is_refused_because_no_job_can_drive_it(plate: Path, tmp_path: Path) -> None:
-    recipe = tmp_path / "recipe.toml"
-    recipe.write_text('[[passes]]\npattern = "spiral"\ntilt = 0.2\n')
-    with pytest.raises(InputError, match="leans the tool"):
-        run(
-            options("--mould", str(plate), "--recipe", str(tmp_path / "recipe.toml"), "--out", str(tmp_path / "p.json"))
-        )
+def test_leaning_tool_is_planned_checked_and_comes_back(plate: Path, tmp_path: Path) -> None:
+    tilt = Tilt(angle=float(np.deg2rad(10.0)), heading=0.5)
+    drawn = Pass(pattern=Polyline(points=np.array([[-0.015, 0.0], [0.015, 0.005]])), tilt=tilt)
+    write_recipe(Recipe(passes=(drawn,)), tmp_path / "recipe.toml")
+    out = tmp_path / "plan.json"
+    assert run(options("--mould", str(plate), "--recipe", str(tmp_path / "recipe.toml"), "--out", str(out))) == 0
+    plan = load_plan(out)
+    assert all(one.tilt == tilt for one in plan.strokes)
+    assert plan.recipe is not None
+    assert plan.recipe.passes[0].tilt == tilt

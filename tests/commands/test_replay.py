@@ -187,3 +187,37 @@ def test_poses_of_a_file_are_passed_open_loop(tmp_path: Path) -> None:
     assert main(["replay", str(poses), "--open-loop", "--yes", "--out", str(out)]) == 0
     assert "poses" in phases(out / "run.mcap")
     assert json.loads((out / "metrics.json").read_text())["touched_N"] == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mould", ["wave", "plate"])
+def test_what_a_hand_shows_on_other_moulds_is_replayed_with_its_force(
+    mould: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("burnish.teach.hand.SWINGS", 1)
+    taught, out = tmp_path / "taught", tmp_path / "replayed"
+    assert main(["teach", "--yes", "--device", "hand", "--mould", mould, "--out", str(taught)]) == 0
+    assert main(["replay", str(taught / "run.mcap"), "--yes", "--out", str(out)]) == 0
+    found = json.loads((out / "metrics.json").read_text())
+    assert found["outcome"] == "done"
+    assert found["force_rms_N"] < 1.0
+    assert found["position_rms_mm"] < 2.0
+    assert found["contact_lost_pct"] == 0.0
+
+
+@pytest.mark.slow
+def test_what_was_shown_in_the_air_alone_is_replayed_open_loop_and_not_with_force(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script, taught, out = tmp_path / "script.csv", tmp_path / "taught", tmp_path / "out"
+    rows = ["0,0,0,0,0,0,0,00", "0.3,0.5,0,0,0,0,0,00", "0.9,0,0,0,0,0,0,00",
+            "1.2,-0.5,0,0,0,0,0,00", "1.8,0,0,0,0,0,0,00"]  # fmt: skip
+    script.write_text("\n".join(["t,x,y,z,turn_x,turn_y,turn_z,buttons", *rows]) + "\n")
+    assert main(["teach", "--yes", "--device", str(script), "--out", str(taught)]) == 0
+    assert "--open-loop only" in capsys.readouterr().out
+    recording = str(taught / "run.mcap")
+    assert "never touches the mould" in refusal(capsys, "replay", recording, "--yes", "--out", str(out))
+    assert main(["replay", recording, "--open-loop", "--yes", "--out", str(out)]) == 0
+    found = json.loads((out / "metrics.json").read_text())
+    assert found["outcome"] == "done"
+    assert found["supervisor_events"] == 0

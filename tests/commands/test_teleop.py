@@ -415,7 +415,7 @@ def test_every_law_of_tool_poses_follows_the_operator(law: str, script: Path) ->
 def test_a_joint_limit_and_a_stretched_arm_trip_nothing(script: Path) -> None:
     for axes in ((0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (1.0, -1.0, 0.0, 0.0, 0.0, 0.0)):
         place, hand = virtual(script)
-        for sample in control(place.rig, place.operator, place.law, until=lambda arm: arm.t > 6.0):
+        for sample in control(place.rig, place.operator, place.law, until=lambda arm: arm.t > 8.0):
             hand.axes = axes if sample.arm.t > 0.1 else AT_REST
         assert not place.rig.supervisor.tripped, place.rig.supervisor.event
         assert np.abs(sample.arm.dq).max() < 0.1

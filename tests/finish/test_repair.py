@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from polish.test_dwell import DWELL, JUDGED, LEVEL, PATH, SURFACE, X, Y
+from finish.test_dwell import DWELL, JUDGED, LEVEL, PATH, SURFACE, X, Y
 
 from burnish.core import Array
 from burnish.errors import PlanError
 from burnish.finish.removal import coverage
 from burnish.finish.repair import TOLERANCE, as_the_tip_sees, repair, zones
 from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
 
 PLANNED = DWELL.fitted(SURFACE, [PATH], np.full(len(X), LEVEL), JUDGED)
 EVEN = DWELL.depth(SURFACE, PLANNED)
@@ -80,3 +81,14 @@ def test_what_is_finer_than_the_contact_is_not_seen() -> None:
 def test_target_without_meaning_is_refused(target: float, tolerance: float) -> None:
     with pytest.raises(PlanError, match="repair"):
         repair(DWELL, SURFACE, PLANNED, WORN, target, JUDGED, tolerance)
+
+
+def test_repair_leans_the_tool_and_yields_as_the_work_did() -> None:
+    tilt = Tilt(angle=0.2, heading=1.0)
+    planned = [replace(one, tilt=tilt, stiffness=np.full(len(one.points), 0.5)) for one in PLANNED]
+    found = repair(DWELL, SURFACE, planned, WORN, LEVEL, JUDGED)
+    assert len(found.strokes) > 0
+    for one in found.strokes:
+        assert one.tilt == tilt
+        assert one.stiffness is not None
+        np.testing.assert_array_equal(one.stiffness, 0.5)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from burnish.errors import InputError
 from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
 from burnish.polish.passes import LEAD_IN, LIGHT, after, eased, legs_of, piece, split, without
 
 
@@ -78,3 +81,12 @@ def test_skipped_strokes_are_left_out_of_every_pass_and_unknown_ones_refused() -
         without(legs, {2, 4})
     with pytest.raises(InputError, match="all 3 strokes"):
         without(legs, {1, 2, 3})
+
+
+def test_rest_of_a_stopped_stroke_leans_and_yields_as_the_whole_one() -> None:
+    whole = line()
+    soft = replace(whole, tilt=Tilt(angle=0.2, heading=1.0), stiffness=1.0 - 5.0 * whole.points[:, 0])
+    (rest,) = after(legs_of([[soft]]), 1, 1, 0.06)
+    assert rest.path.tilt == soft.tilt
+    assert rest.path.stiffness is not None
+    np.testing.assert_allclose(rest.path.stiffness, 1.0 - 5.0 * rest.path.points[:, 0], atol=1e-12)

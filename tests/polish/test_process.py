@@ -8,15 +8,22 @@ from functools import cache
 import numpy as np
 import pytest
 
+from burnish.control.force import ForceMotion
+from burnish.core import State
+from burnish.errors import PlanError
+from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
 from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt, tool_axes
+from burnish.polish.cell import READY, nominal_placement, tool_down
 from burnish.polish.cellsim import JointFelt, WristFelt, simulated_job
-from burnish.polish.process import SETTLE, Job
+from burnish.polish.process import SETTLE, Job, timed
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms
 from burnish.sim.arms import Arm
 from burnish.sim.robot import SimRobot
 from burnish.surface import DistanceGrid
+from burnish.trajectory import SurfacePath
 
 RADIUS = 0.15
 TOOL = PolishingTool()
@@ -182,3 +189,82 @@ def test_interrupt_lifts_the_tool_and_brings_the_arm_to_rest() -> None:
     _, force = robot.truth.force()
     assert force[-200:].max() == 0.0
     assert np.abs(job.rig.arm.dq).max() < np.deg2rad(1.0)
+
+
+@cache
+def plate() -> DistanceGrid:
+    """Exact distance to a level plate, its top at 10 mm."""
+    axis = np.arange(-0.05, 0.0501, 5e-3)
+    z = np.arange(-0.01, 0.0701, 5e-3)
+    values = np.broadcast_to(z - 0.01, (len(axis), len(axis), len(z)))
+    return DistanceGrid(origin=np.array([-0.05, -0.05, -0.01]), spacing=5e-3, values=values)
+
+
+def there_and_back(tilt: Tilt) -> Stroke:
+    """Two lines of 50 mm along x on the plate, joined by half a circle, by a tool that leans."""
+    x, turn = np.arange(-0.025, 0.025, 5e-4), np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17)
+    gap = 4e-3
+    bend = np.column_stack([0.025 + 0.5 * gap * np.cos(turn), 0.5 * gap * np.sin(turn)])
+    lines = (np.column_stack([way, np.full(len(x), y)]) for way, y in ((x, -0.5 * gap), (x[::-1], 0.5 * gap)))
+    there, back = lines
+    xy = np.concatenate([there, bend, back])
+    level = np.ones(len(xy))
+    return Stroke(
+        points=np.column_stack([xy, 0.01 * level]),
+        normals=np.tile([0.0, 0.0, 1.0], (len(xy), 1)),
+        feed=0.02 * level,
+        force=10.0 * level,
+        tilt=tilt,
+    )
+
+
+@pytest.mark.parametrize(("arm", "off"), [(arms.ideal(0), 0.5e-3), (arms.honest(1), None)], ids=["ideal", "honest"])
+def test_tool_that_leans_by_10_degrees_presses_as_told_where_it_was_planned(arm: Arm, off: float | None) -> None:
+    stroke = there_and_back(Tilt(angle=np.deg2rad(10.0), heading=np.deg2rad(60.0)))
+    phases: list[tuple[float, str]] = []
+    job, robot = simulated_job(
+        plate(), [stroke], arm, rate=arm.rate, felt=WristFelt(), tool=TOOL,
+        on_phase=lambda phase: phases.append((robot.time, phase)),
+    )  # fmt: skip
+    for _ in job.run():
+        pass
+    assert job.failure is None
+    assert not job.rig.supervisor.tripped
+    start, end = span(phases, "pass")
+    t, force = robot.truth.force()
+    scored = force[(t > start + SETTLE + 1.0) & (t < end)]
+    truth, time = robot.truth, np.array(robot.truth.time)
+    passed = (time > start + SETTLE + 1.0) & (time < end)
+    normal, axis, point = (np.array(rows)[passed] for rows in (truth.normal, truth.axis, truth.point))
+    error = np.degrees(np.arccos(np.clip((axis * tool_axes(normal, stroke.tilt)).sum(axis=1), -1.0, 1.0)))
+    away = np.linalg.norm(point[:, None, :2] - stroke.points[None, :, :2], axis=2).min(axis=1)
+    assert np.sqrt(np.mean((scored - 10.0) ** 2)) < 0.5
+    assert np.sqrt(np.mean(error**2)) < 1.0
+    assert np.degrees(truth.tilt()[passed]).mean() == pytest.approx(10.0, abs=1.0)
+    assert force[t < start].max() < 3.0
+    if off is not None:
+        # The tip's spring gives way along the leaning axis by 0.14 mm; an arm that has to find a plate by touch cannot
+        # tell where it slid.
+        assert away.max() < off
+
+
+def test_stiffness_along_a_stroke_reaches_the_law() -> None:
+    stroke, model = there_and_back(Tilt()), TOOL.on(Model.jaco2())
+    soft = replace(stroke, stiffness=np.linspace(1.0, 0.25, len(stroke.points)))
+    placement, upright = nominal_placement(0.01), tool_down(model)
+    late = [SurfacePath(path=timed(one, placement, upright)) for one in (stroke, soft)]
+    arm = model.at(State(t=0.0, q=READY, dq=np.zeros(6))).feeling(np.zeros(6))
+    end = replace(arm, t=60.0)
+    pulls = []
+    for source in late:
+        law = ForceMotion(position_integral=0.0, orientation_integral=0.0)
+        source.reset(arm)
+        law.reset(end)
+        pulls.append(law.torque(end, source.at(end)) - model.at(State(t=0.0, q=READY, dq=np.zeros(6))).g)
+    # In air, at rest, without integrals, the law is Λ K e alone.
+    np.testing.assert_allclose(pulls[1], 0.25 * pulls[0], atol=1e-9)
+
+
+def test_leaning_tool_of_unknown_radius_is_refused() -> None:
+    with pytest.raises(PlanError, match="expected tip_radius"):
+        timed(there_and_back(Tilt(angle=0.2)), nominal_placement(0.01), np.diag([1.0, -1.0, -1.0]))

@@ -8,7 +8,19 @@ import pytest
 from burnish.core import Array, Dynamics, State
 from burnish.errors import InputError
 from burnish.model.model import Model
-from burnish.teleop.limits import BRAKING, FASTER, LENGTH, SINGULAR, SLOWER, Bounds, Mobility, Slowed, jacobian_rate
+from burnish.teleop.limits import (
+    ASIDE,
+    BRAKING,
+    FASTER,
+    JOINT_SPEED,
+    LENGTH,
+    SINGULAR,
+    SLOWER,
+    Bounds,
+    Mobility,
+    Slowed,
+    jacobian_rate,
+)
 
 MODEL = Model.jaco2()
 READY = np.array([4.532, 3.254, 1.369, 5.85, 1.492, 1.3233])
@@ -122,6 +134,37 @@ def test_towards_a_singularity_the_share_falls_to_nothing_and_away_from_it_is_fr
         directions.append((sigma, share))
     assert min(directions)[0] < SINGULAR < max(directions)[0]
     assert any(0.0 < share < 1.0 for _, share in directions)
+
+
+def test_the_share_is_the_least_that_any_limit_leaves() -> None:
+    rng = np.random.default_rng(9)
+    causes = set()
+    for _ in range(2000):
+        arm, speed = at(somewhere(rng)), rng.uniform(0.3, 1.0, 6)
+        lower, upper = arm.q - rng.exponential(0.3, 6), arm.q + rng.exponential(0.3, 6)
+        box_low, box_high = arm.p - rng.exponential(0.3, 3), arm.p + rng.exponential(0.3, 3)
+        twist = rng.normal(size=6) * rng.choice([0.0, 0.03, 0.3])
+        of = bounds(lower, upper, speed, box_low=box_low, box_high=box_high)
+        # All limits at once, as vectors, both ways.
+        sigma, rate, dq = singular_value(arm.J, twist)
+        aside = ASIDE * np.abs(dq).max()
+        closing = np.concatenate([dq - aside, -dq - aside, [-rate - aside], twist[:3], -twist[:3]])
+        left = np.concatenate([upper - arm.q, arm.q - lower, [sigma - SINGULAR], box_high - arm.p, arm.p - box_low])
+        shares = [1.0, *(JOINT_SPEED * speed / np.maximum(np.abs(dq), 1e-12))]
+        shares += [max(d, 0.0) / (BRAKING * c) for d, c in zip(left, closing, strict=True) if c > 0.0]
+        found = slow(of, arm, twist)
+        assert found.share == pytest.approx(min(shares), abs=1e-12)
+        causes.add(found.cause.rstrip(" 123456"))
+    assert causes == {"", "speed of joint", "limit of joint", "singularity", "edge of the work space"}
+
+
+def test_a_joint_that_starts_while_all_together_slow_down_is_accelerated_no_more_than_others() -> None:
+    arm, most = at(READY), np.repeat([2.0, 8.0], 3)
+    before, after = twist_of(arm, np.array([0.6, 0, 0, 0, 0, 0])), twist_of(arm, np.array([0, 0, 0.4, 0, 0, 0]))
+    duration = (np.abs(after - before) / most).max()
+    share = Mobility(arm.J).ease(before, after, most)
+    assert share == pytest.approx(min(1.0, FASTER * duration / 0.4), rel=1e-3)
+    assert share < 1.0
 
 
 def test_edges_of_the_work_space_slow_the_tool_down() -> None:

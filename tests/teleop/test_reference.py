@@ -188,14 +188,14 @@ def test_a_cap_that_is_pushed_at_the_start_moves_nothing_until_it_was_let_go() -
     desk = Desk()
     assert (desk.push(np.ones(6), 0.3).v == 0.0).all()
     desk.rest()
-    assert desk.push(np.ones(6), 0.3).v[0] > 0.05
+    assert desk.push(np.ones(6), 0.3).v[0] > 0.02
 
 
 def test_nothing_moves_without_the_deadman() -> None:
     desk = ready(panel=Panel(modes=ModesB(mode=BASE), deadman=3))
     assert (desk.push(np.ones(6), 0.3).v == 0.0).all()
     desk.buttons = (False, False, True)
-    assert desk.push(np.ones(6), 0.3).v[0] > 0.05
+    assert desk.push(np.ones(6), 0.3).v[0] > 0.02
     desk.buttons = (False, False, False)
     np.testing.assert_allclose(desk.push(np.ones(6), 0.5).v, 0.0, atol=1e-12)
 
@@ -243,7 +243,7 @@ def test_an_arm_that_is_pushed_away_takes_its_reference_along() -> None:
 def test_pulling_back_from_the_end_of_the_leash_is_not_slowed() -> None:
     desk = ready()
     desk.push(AXES[0], 2.0, follow=False)
-    assert desk.push(-AXES[0], 0.1, follow=False).v[0] < -0.05
+    assert desk.push(-AXES[0], 0.1, follow=False).v[0] < -0.03
 
 
 def test_while_the_arm_is_taken_the_reference_goes_with_it_and_the_operator_starts_afresh() -> None:
@@ -263,7 +263,7 @@ def test_while_the_arm_is_taken_the_reference_goes_with_it_and_the_operator_star
     desk.buttons = (False, False, False)
     desk.rest()
     desk.buttons = (False, False, True)
-    assert desk.push(np.ones(6), 0.3).v[0] > 0.05
+    assert desk.push(np.ones(6), 0.3).v[0] > 0.02
 
 
 def test_after_a_pause_the_reference_does_not_leap() -> None:
@@ -343,7 +343,7 @@ def test_no_joint_of_the_reference_is_faster_than_its_share_between_two_twists()
     speed = np.array([0.63] * 3 + [0.84] * 3)
     desk = ready(bounds=Bounds(lower=NONE.lower, upper=NONE.upper, speed=speed))
     for _ in range(30):
-        desk.push(rng.uniform(-1.0, 1.0, 6), 0.1, follow=False)
+        desk.push(rng.uniform(-1.0, 1.0, 6), 0.2, follow=False)
     found = [np.abs(Mobility(desk.arm.J).joint_speeds(r.v)) / speed for r in desk.references]
     assert 0.6 < np.max(found) <= OVERSHOT + 1e-9
 

@@ -225,3 +225,66 @@ def test_path_is_done_when_its_time_is_over(source: SurfacePath) -> None:
 )
 def test_share_runs_from_nothing_to_all(source: SurfacePath, t: float, share: float) -> None:
     assert source.share(after(t)) == pytest.approx(share)
+
+
+# A tool that leans.
+
+
+def leaning(angle: float, radius: float) -> tuple[TimedPath, TimedPath]:
+    """The path over a round back of a tool that leans sideways by an angle, and that of an upright one."""
+    turn = np.linspace(-0.3, 0.3, 121)
+    normals = np.column_stack([np.sin(turn), 0.0 * turn, np.cos(turn)])
+    points, level = 0.1 * normals, np.ones(len(turn))
+    axes = -np.cos(angle) * normals + np.sin(angle) * np.array([0.0, 1.0, 0.0])
+
+    def path(axes: Array | None) -> TimedPath:
+        return time_path(points, normals, 0.02 * level, 8.0 * level, DOWN, acceleration=ACCELERATION, axes=axes,
+                         tip_radius=radius)  # fmt: skip
+
+    return path(axes), path(None)
+
+
+def test_centre_of_a_leaning_tip_stands_a_radius_above_the_contact() -> None:
+    radius, angle = 0.02, 0.3
+    path, upright = leaning(angle, radius)
+    centre = path.p - radius * path.R[:, :, 2]
+    # Neither has to wait for the wrist, so both take the same time; an upright apex is at the contact.
+    assert_allclose(centre, upright.p + radius * upright.normal, atol=1e-5)
+    assert_allclose(path.normal, upright.normal, atol=1e-12)
+    assert_allclose(np.sum(path.R[:, :, 2] * -path.normal, axis=1), np.cos(angle), atol=1e-4)
+
+
+def test_twist_of_a_leaning_tool_is_that_of_its_poses() -> None:
+    path, _ = leaning(0.3, 0.02)
+    assert_allclose(path.v[1:-1, :3], (path.p[2:] - path.p[:-2]) / (2.0 * path.dt), atol=1e-9)
+    for k in range(1, len(path.p) - 1, 20):
+        turn = log(path.R[k + 1] @ path.R[k - 1].T) / (2.0 * path.dt)
+        assert_allclose(path.v[k, 3:], turn, atol=1e-5)
+
+
+def test_tool_that_swings_over_sets_the_pace() -> None:
+    x = np.linspace(0.0, 0.1, 201)
+    points, normals = np.column_stack([x, 0 * x, 0 * x]), np.tile([0.0, 0.0, 1.0], (201, 1))
+    lean = 0.4 * np.tanh((x - 0.05) / 2e-3)
+    axes = np.column_stack([np.sin(lean), 0 * x, -np.cos(lean)])
+    path = time_path(points, normals, np.full(201, FEED), np.full(201, 8.0), DOWN, acceleration=ACCELERATION, axes=axes)
+    # At the feed it would be 8 rad/s; the rest over the limit is from the spacing of the points.
+    assert np.linalg.norm(path.v[:, 3:], axis=1).max() < 1.2 * TURN_RATE
+
+
+def test_stiffness_along_the_path_reaches_the_reference() -> None:
+    points, normals = over_a_ridge(0.03)
+    level, share = np.ones(len(points)), np.linspace(1.0, 0.25, len(points))
+    path = time_path(points, normals, FEED * level, 8.0 * level, DOWN, acceleration=ACCELERATION, stiffness=share)
+    source = SurfacePath(path=path.with_ramp(0.5, 0.5))
+    source.reset(ARM)
+    assert source.at(after(0.3)).stiffness == 1.0
+    middle = source.at(after(1.0 + 0.5 * path.duration))
+    assert middle.stiffness == pytest.approx(0.625, abs=0.02)
+    assert source.at(after(1.0 + path.duration)).stiffness == pytest.approx(0.25)
+
+
+def test_stiffness_is_whole_where_a_path_says_nothing() -> None:
+    source = SurfacePath(path=PATH)
+    source.reset(ARM)
+    assert source.at(after(0.5)).stiffness == 1.0

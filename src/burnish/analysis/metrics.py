@@ -37,7 +37,7 @@ class PassSeries:
     force: Array
     """True contact force along the surface normal, positive when the tool presses [N]."""
     tilt: Array
-    """Angle between the tool's axis and the inward surface normal [rad]."""
+    """Angle between the tool's axis and the commanded one, the inward surface normal if it does not lean [rad]."""
     speed: Array
     """Speed of the tool tangential to the surface [m/s]."""
     feed: Array
@@ -92,7 +92,7 @@ class PassMetrics:
     contact_lost_pct: float
     """Share of the time with F < 0.2 N."""
     tilt_rms_deg: float
-    """Root mean square of the angle between the tool's axis and the inward normal."""
+    """Root mean square of the angle between the tool's axis and the commanded one."""
     tilt_max_deg: float
     """Largest such angle."""
     feed_rms_pct: float
@@ -153,6 +153,24 @@ def tilt(tool_axis: ArrayLike, normal: ArrayLike) -> Array:
     axis, inward = np.asarray(tool_axis, dtype=np.float64), -np.asarray(normal, dtype=np.float64)
     sine = np.linalg.norm(np.cross(axis, inward), axis=-1)
     return np.asarray(np.arctan2(sine, np.sum(axis * inward, axis=-1)))
+
+
+def tilt_error(tool_axis: ArrayLike, normal: ArrayLike, planned_axis: ArrayLike, planned_normal: ArrayLike) -> Array:
+    """Angle between the tool's axis and where it was to point over the surface that is there [rad], (N,).
+
+    The planned axis is carried along by the least turn from the planned normal m to the normal n,
+    ``z + w × z + w × (w × z)/(1 + m·n)`` with w = m × n; without a lean this is `tilt`.
+
+    Args:
+        tool_axis: unit vectors out of the flange into the work, (N, 3).
+        normal: outward unit normals of the surface, (N, 3).
+        planned_axis: where the tool was to point over the planned surface, (N, 3).
+        planned_normal: outward unit normals of that, less than 180° off, (N, 3); all four in the same axes.
+    """
+    n, z, m = (np.asarray(rows, dtype=np.float64) for rows in (normal, planned_axis, planned_normal))
+    w = np.cross(m, n)
+    carried = z + np.cross(w, z) + np.cross(w, np.cross(w, z)) / (1.0 + np.sum(m * n, axis=-1, keepdims=True))
+    return tilt(tool_axis, -carried)
 
 
 def tangential_speed(velocity: ArrayLike, normal: ArrayLike) -> Array:

@@ -79,7 +79,7 @@ def check(place: Workplace, strokes: Sequence[Stroke], recipe: Recipe, *, made_f
     tool, bounds = recipe.tool, recipe.limits
     check_on_mould(strokes, place.mould, place.grid, tip_radius=tool.tip_radius, made_for=made_for)
     slow = [_turned(bounds, number, stroke) for number, stroke in enumerate(strokes)]
-    paths = [timed(stroke, place.placement, place.upright) for stroke in slow]
+    paths = [timed(stroke, place.placement, place.upright, tool.tip_radius) for stroke in slow]
     legs = route(strokes, paths, placement=place.placement, upright=place.upright, uncertainty=place.uncertainty)
     ways = followed(place, list(legs))
     margin = joint_margin(place, ways, bounds.joint_margin)
@@ -114,7 +114,7 @@ def _turned(bounds: Bounds, number: int, stroke: Stroke) -> Stroke:
     Raises:
         PlanError: that is too little of the feed.
     """
-    share = feed_share(stroke.points, stroke.normals, stroke.feed)
+    share = feed_share(stroke.points, stroke.axes, stroke.feed)
     if share < bounds.least_feed:
         k = int(np.argmin(followable(stroke).feed / stroke.feed))
         reason = (
@@ -145,7 +145,7 @@ def _scaled(
         arc = _arc(stroke, path)[found.nodes]
         speed = np.linalg.norm(path.v[found.nodes, :3], axis=1)
         stroke = derated(stroke, arc, speed, share, bounds.joint_speed)
-        path = timed(stroke, place.placement, place.upright)
+        path = timed(stroke, place.placement, place.upright, recipe.tool.tip_radius)
         nodes = sparse(path)
         again = track(place.model, path.p[nodes], path.R[nodes], way.q[0])
         if again.failure is not None:

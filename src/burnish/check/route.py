@@ -90,7 +90,7 @@ def route(
 def sparse(path: TimedPath) -> NDArray[np.int64]:
     """Numbers of the nodes of a path that are one step or one turn apart, first and last included."""
     way = np.linalg.norm(np.diff(path.p, axis=0), axis=1) / POSE_STEP
-    turn = np.linalg.norm(np.diff(path.normal, axis=0), axis=1) / POSE_TURN
+    turn = np.linalg.norm(np.diff(path.R[:, :, 2], axis=0), axis=1) / POSE_TURN
     run = np.floor(np.concatenate([[0.0], np.cumsum(way + turn)]))
     nodes = np.flatnonzero(np.diff(run, prepend=-1.0) > 0.0)
     return np.unique(np.append(nodes, len(path.p) - 1))

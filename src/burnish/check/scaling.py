@@ -19,7 +19,7 @@ WIDEN = 2e-3
 
 def followable(stroke: Stroke) -> Stroke:
     """The stroke with a feed at which the surface turns the tool no faster than `TURN_RATE`."""
-    turn = np.linalg.norm(np.gradient(stroke.normals, stroke.arc, axis=0), axis=1)
+    turn = np.linalg.norm(np.gradient(stroke.axes, stroke.arc, axis=0), axis=1)
     return replace(stroke, feed=np.minimum(stroke.feed, TURN_RATE / np.maximum(turn, 1e-9)))
 
 

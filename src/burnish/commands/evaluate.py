@@ -8,7 +8,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from burnish.analysis.metrics import PassSeries, Scalar, pass_metrics
+from burnish.analysis.metrics import PassSeries, Scalar, pass_metrics, tilt_error
 from burnish.analysis.mould_map import RemovalField
 from burnish.analysis.plot import RunSeries
 from burnish.core import Array, Sample, ToolReference
@@ -26,6 +26,9 @@ AFTER_TOUCH = 0.05
 FIRST_SECOND = 1.0
 """Start of each later stroke that is not judged [s], as the first second of the first one is not."""
 
+NOWHERE = [np.nan, np.nan, np.nan]
+"""A direction where there is none."""
+
 
 @dataclass(kw_only=True)
 class RunLog:
@@ -35,24 +38,31 @@ class RunLog:
     measured: list[float] = field(default_factory=list)
     wanted: list[float] = field(default_factory=list)
     feed: list[float] = field(default_factory=list)
+    axis: list[list[float]] = field(default_factory=list)
+    """Where the tool was to point, base frame; NaN where nothing was to be pressed."""
+    normal: list[list[float]] = field(default_factory=list)
+    """Outward normal of the planned surface, base frame; NaN where nothing was to be pressed."""
     phases: list[tuple[float, str]] = field(default_factory=list)
 
     def add(self, sample: Sample) -> None:
         """Append one cycle."""
         arm, reference = sample.arm, sample.reference
         self.t.append(arm.t)
-        force, wanted, feed = np.nan, 0.0, 0.0
+        force, wanted, feed, axis, normal = np.nan, 0.0, 0.0, NOWHERE, NOWHERE
         if isinstance(reference, ToolReference):
             n = reference.normal
             if n is not None:
                 wanted = reference.force
-                feed = _along(reference.v.tolist(), n.tolist())
+                axis, normal = reference.R[:, 2].tolist(), n.tolist()
+                feed = _along(reference.v.tolist(), normal)
             if arm.F is not None:
                 # In the air the tool's own axis stands for the normal.
                 force = float((n if n is not None else -arm.R[:, 2]) @ arm.F[:3])
         self.measured.append(force)
         self.wanted.append(wanted)
         self.feed.append(feed)
+        self.axis.append(axis)
+        self.normal.append(normal)
 
     def spans(self, *names: str) -> list[tuple[float, float]]:
         """Start and end of every phase of these names [s]."""
@@ -81,9 +91,18 @@ class Evaluation:
 
 
 def evaluate(
-    log: RunLog, truth: Truth, mould: Mould, grid: DistanceGrid, recipe: Recipe, tool: PolishingTool
+    log: RunLog,
+    truth: Truth,
+    mould: Mould,
+    grid: DistanceGrid,
+    recipe: Recipe,
+    tool: PolishingTool,
+    R_base_mould: Array,
 ) -> Evaluation:
-    """Judge a run by the true contact, at every physics step."""
+    """Judge a run by the true contact, at every physics step.
+
+    ``R_base_mould``, (3, 3), is how the job took the mould to stand; so where a tool was to lean is known in the part.
+    """
     t, force = truth.force()
     cycle_t = np.asarray(truth.time)
     steps = np.diff(np.concatenate([[0], np.asarray(truth.cycle_step, dtype=np.int64)]))
@@ -95,7 +114,7 @@ def evaluate(
     # The loop's row k was read at the end of cycle k − 1 and is what cycle k works on.
     row = np.clip(np.searchsorted(np.asarray(log.t), cycle_t, side="left") - 1, 0, None)
     feed, wanted = np.asarray(log.feed)[row], np.asarray(log.wanted)[row]
-    tilt = truth.tilt()
+    tilt = lean_error(log, truth, row, R_base_mould)
     series = RunSeries(
         t=t,
         force=force,
@@ -116,6 +135,13 @@ def evaluate(
     }
     points = np.asarray(truth.point)
     return Evaluation(metrics=metrics, series=series, removal=removal, trace=points[np.isfinite(points[:, 0])])
+
+
+def lean_error(log: RunLog, truth: Truth, row: NDArray[np.int64], R_base_mould: Array) -> Array:
+    """How far the tool's axis is off the commanded one at each cycle, off the normal outside of a pass [rad]."""
+    axis, normal = (np.asarray(rows)[row] @ R_base_mould for rows in (log.axis, log.normal))
+    error = tilt_error(truth.axis, truth.normal, axis, normal)
+    return np.where(np.isfinite(error), error, truth.tilt())
 
 
 def _pass_figures(log: RunLog, series: RunSeries, recipe: Recipe) -> dict[str, float]:

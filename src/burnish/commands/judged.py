@@ -33,7 +33,9 @@ def judged(work: Work, folder: Path) -> Evaluation:
         RecordingError: what was kept cannot be read.
     """
     recipe = work.course.recipe
-    result = evaluate(work.log, work.robot.truth, work.mould, work.grid, work.order.recipe, work.tool)
+    result = evaluate(
+        work.log, work.robot.truth, work.mould, work.grid, work.order.recipe, work.tool, work.job.placement.R
+    )
     depth = result.removal.removal + _before(folder / REMOVED, result.removal.removal, work)
     with open(folder / REMOVED, "wb") as file:
         np.savez(file, depth=depth, mould_sha256=np.array(work.mould.sha256))

@@ -12,7 +12,7 @@ from burnish.errors import InputError
 
 PATTERNS = ("raster", "cross_hatch", "spiral", "contour", "geodesic")
 """Patterns that need no further figures."""
-MOULDS = "plate, dome, wave or mould, or the path of an STL file"
+MOULDS = "plate, dome, wave or mould, or the path of an STL, OBJ, PLY or 3MF file"
 
 
 def add_polish(parser: argparse.ArgumentParser) -> None:
@@ -117,7 +117,7 @@ def add_verify(parser: argparse.ArgumentParser) -> None:
     parser.epilog = "Exit status: 0 bit-exact; 1 not exact, and where; 2 refused: of another model, mould or version."
     parser.add_argument("recording", metavar="RECORDING", help="run.mcap of a simulated 'burnish polish' or 'replay'")
     parser.add_argument("--taught", metavar="FILE", help="of a replay: what was replayed (default: none)")
-    parser.add_argument("--mould", metavar="FILE.stl", help="the mould's file (default: none, a bundled mould)")
+    parser.add_argument("--mould", metavar="FILE", help="the mould's file (default: none, a bundled mould)")
 
 
 def add_recover(parser: argparse.ArgumentParser) -> None:
@@ -138,12 +138,20 @@ def add_export(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="FILE", help="the new file (default: FILE with the form as its ending)")
 
 
+def add_unit(parser: argparse.ArgumentParser) -> None:
+    """The unit of a mould's file."""
+    parser.add_argument(
+        "--unit",
+        default="auto",
+        choices=("auto", "mm", "m", "inch"),
+        help="unit of a file that names none; auto takes mm, or what the part's size says (default: auto)",
+    )
+
+
 def _add_work(parser: argparse.ArgumentParser) -> None:
     """What to work on, and how."""
-    parser.add_argument("--mould", default="dome", metavar="NAME|FILE.stl", help=f"{MOULDS} (default: dome)")
-    parser.add_argument(
-        "--unit", default="mm", choices=("mm", "m", "inch"), help="unit of an STL file, which names none (default: mm)"
-    )
+    parser.add_argument("--mould", default="dome", metavar="NAME|FILE", help=f"{MOULDS} (default: dome)")
+    add_unit(parser)
     parser.add_argument("--force", type=float, default=10.0, metavar="N", help="contact force, 2 to 20 N (default: 10)")
     parser.add_argument(
         "--feed",

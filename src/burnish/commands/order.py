@@ -11,11 +11,13 @@ from burnish.polish.cellsim import JointFelt, WristFelt
 from burnish.polish.recipe import Recipe
 from burnish.sim import arms
 from burnish.sim.arms import Arm
-from burnish.surface import bundled
+from burnish.surface import Mould, bundled
 
 ARMS = {"ideal": arms.ideal, "honest": arms.honest, "honest-stiff": arms.honest_stiff}
 SENSES: dict[str, WristFelt | JointFelt] = {"wrist": WristFelt(), "joint": JointFelt()}
-UNITS = ("mm", "m", "inch")
+AUTO = "auto"
+"""The unit is found from the size of the part, or stands in the file."""
+UNITS = (AUTO, "mm", "m", "inch")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,9 +25,9 @@ class Order:
     """The options of a job, checked, with what was left open filled in."""
 
     mould: str
-    """Bundled name or path of an STL file."""
+    """Bundled name or path of a file."""
     unit: str
-    """Unit of that file."""
+    """Unit of that file, or `AUTO`."""
     arm: str
     """Name of the simulated arm."""
     sensor: str
@@ -67,7 +69,7 @@ class Order:
 
         Args:
             metadata: of the recording.
-            mould: the STL file of a mould that is not bundled.
+            mould: the file of a mould that is not bundled.
 
         Raises:
             RecordingError: if something is missing or out of range.
@@ -77,7 +79,7 @@ class Order:
             raise RecordingError(f"the recording does not say its {', '.join(missing)}; it cannot be run again")
         if mould is None and metadata["mould"] not in bundled.NAMES:
             raise RecordingError(
-                f"the recording is of the mould {metadata['mould'][:80]!r}, which is not bundled; give its STL file "
+                f"the recording is of the mould {metadata['mould'][:80]!r}, which is not bundled; give its file "
                 "with --mould"
             )
         try:
@@ -93,6 +95,14 @@ class Order:
             )
         except ValueError as error:
             raise RecordingError(f"an option in the recording is no number ({error}); it cannot be run again") from None
+
+    def part(self) -> Mould:
+        """The mould.
+
+        Raises:
+            MouldError: it cannot be worked.
+        """
+        return Mould.load(self.mould, None if self.unit == AUTO else self.unit)
 
     @property
     def recipe(self) -> Recipe:

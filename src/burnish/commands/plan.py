@@ -12,6 +12,7 @@ from burnish.check.collision import Near
 from burnish.check.plan import CheckedPlan, check
 from burnish.check.ways import jaco2_workplace
 from burnish.commands.options import check_writable
+from burnish.commands.order import AUTO
 from burnish.errors import InputError
 from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size, plan_strokes
@@ -20,6 +21,7 @@ from burnish.polish.planned import planned
 from burnish.polish.recipe import Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS, read_recipe
 from burnish.surface import DistanceGrid, Mould
+from burnish.surface.access import Access
 
 
 def run(options: argparse.Namespace) -> int:
@@ -29,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"--out {path} is a folder; expected a file name such as plan.json")
     check_writable(path.parent)
     recipe = _recipe(options)
-    mould = Mould.load(options.mould, options.unit)
+    mould = Mould.load(options.mould, None if options.unit == AUTO else options.unit)
     check_size(mould, recipe.tool)
     grid = DistanceGrid.of(mould)
     strokes = _strokes(recipe, mould, grid)
@@ -71,7 +73,7 @@ def _table(plan: CheckedPlan, mould: Mould, path: Path, recipe: Recipe) -> Itera
     yield f"  clearance     {_distance(plan.clearances.around)}"
     if plan.clearances.itself is not None:
         yield f"  of itself     {_distance(plan.clearances.itself)}"
-    for note in plan.notes:
+    for note in (*mould.warnings, Access.of(mould, recipe.tool.tip_radius).summary, *plan.notes):
         yield f"  note: {note}"
 
 

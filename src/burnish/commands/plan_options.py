@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from burnish.commands.options import MOULDS, PATTERNS
+from burnish.commands.options import MOULDS, PATTERNS, add_unit
 
 
 def add_plan(parser: argparse.ArgumentParser) -> None:
     """What to work on, how, and where the plan goes; a recipe brings force, feed and pattern."""
     parser.add_argument("--mould", default="dome", metavar="NAME|FILE", help=f"{MOULDS} (default: dome)")
-    parser.add_argument(
-        "--unit", default="mm", choices=("mm", "m", "inch"), help="unit of an STL file, which names none (default: mm)"
-    )
+    add_unit(parser)
     parser.add_argument(
         "--recipe", metavar="FILE.toml", help="tool, passes, force, feed, step and limits (default: those of polish)"
     )

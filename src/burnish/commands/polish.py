@@ -53,16 +53,17 @@ def run(options: argparse.Namespace) -> int:
         course = Course.asked(options)
         order, folder = Order.asked(options), output_folder(options.out, "polish")
         _new(folder)
-        mould = Mould.load(order.mould, order.unit)
+        mould = order.part()
     else:
         folder = Path(options.resume)
         before = earlier(folder)
         course, mould_file = before.course, None if options.mould in bundled.NAMES else options.mould
         order = Order.recorded(before.order, mould_file)
-        mould = Mould.load(order.mould, order.unit)
+        mould = order.part()
         same_mould(mould, before, folder)
     with Progress() as progress:
-        progress.stage("reading the mould")
+        for sentence in mould.warnings:
+            progress.warn(sentence)
         work = prepare(order, mould, progress, course)
         folder.mkdir(parents=True, exist_ok=True)
         recording = folder / ("run.mcap" if not course.runs else f"run-{course.runs + 1}.mcap")

@@ -15,7 +15,6 @@ from burnish.errors import RecordingError
 from burnish.record.compare import Comparison, compare
 from burnish.record.recorder import TOPICS, Recorder
 from burnish.record.recording import Recording
-from burnish.surface import Mould
 
 EXACT, DIFFERENT = 0, 1
 
@@ -45,8 +44,13 @@ def run(options: argparse.Namespace) -> int:
 def _polish(recording: Recording, options: argparse.Namespace, progress: Progress, again: Path) -> Mapping[str, str]:
     """Run a polishing job again; returns its metadata."""
     found = recording.metadata
+    if "course" in found:
+        raise RecordingError(
+            f"{recording.path} is of a job with a recipe, passes, a search or an earlier run; only plain ones can be "
+            "run again"
+        )
     order = Order.recorded(found, options.mould)
-    mould = Mould.load(order.mould, order.unit)
+    mould = order.part()
     _same(f"the mould {mould.name}", found.get("mould_sha256"), mould.sha256)
     work = prepare(order, mould, progress)
     interrupted = recording.ending.get("interrupted_after", "")

@@ -6,10 +6,14 @@ import hashlib
 import platform
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
+from burnish.check.plan import check
+from burnish.check.ways import jaco2_workplace
 from burnish.commands.course import LEARNT, Course
 from burnish.commands.evaluate import RunLog
 from burnish.commands.order import SENSES, Order
@@ -20,11 +24,13 @@ from burnish.model.model import JACO2_URDF
 from burnish.model.tool import PolishingTool
 from burnish.paths.stroke import Stroke
 from burnish.polish.cell import nominal_placement
-from burnish.polish.cellsim import check_size, simulated_job
+from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size, simulated_job
 from burnish.polish.journal import EVERY, Journal, Mark
 from burnish.polish.learn import Learner
 from burnish.polish.life import Abrasive
+from burnish.polish.passes import Leg
 from burnish.polish.process import Job
+from burnish.polish.recipe import Recipe
 from burnish.record.described import described, fingerprint
 from burnish.record.recorder import Recorder
 from burnish.sim.robot import SimRobot
@@ -96,7 +102,7 @@ def prepare(order: Order, mould: Mould, progress: Progress, course: Course | Non
     check_size(mould, tool)
     grid = course.grid(mould)
     progress.stage("planning the path")
-    every = course.legs(mould, grid)
+    every = checked(course.legs(mould, grid), course.recipe, mould, grid, progress)
     legs = course.left(every)
     if not legs:
         raise InputError("all strokes of the job are done; there is nothing to go on with")
@@ -131,6 +137,24 @@ def prepare(order: Order, mould: Mould, progress: Progress, course: Course | Non
         expected=sum(path.duration for path in paths),
         course=course,
     )
+
+
+def checked(legs: list[Leg], recipe: Recipe, mould: Mould, grid: DistanceGrid, progress: Progress) -> list[Leg]:
+    """The legs with the feed that the arm can follow, once all that can be known before was checked.
+
+    Raises:
+        PlanError: the arm cannot do one of them.
+    """
+    progress.stage("checking the path")
+    # The strokes of a pass that is done again are the very same ones.
+    strokes = list({id(leg.path): leg.path for leg in legs}.values())
+    points = np.concatenate([stroke.points for stroke in strokes])
+    place = jaco2_workplace(mould, grid, strokes, recipe.tool, uncertainty=SLIDE + TURN * half_size(points))
+    plan = check(place, strokes, recipe)
+    for note in plan.notes:
+        progress.warn(note)
+    able = dict(zip(map(id, strokes), plan.strokes, strict=True))
+    return [replace(leg, path=able[id(leg.path)]) for leg in legs]
 
 
 def _abrasive(course: Course, tool: PolishingTool) -> Abrasive:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from burnish.errors import PlanError
 from burnish.finish.dwell import Dwell
 from burnish.paths.hertz import contact_radius
 from burnish.paths.lead import with_leads
-from burnish.paths.stroke import Stroke
+from burnish.paths.stroke import COLUMNS, Stroke
 from burnish.surface import WorkingSurface
 
 TOLERANCE = 0.05
@@ -159,25 +160,27 @@ def _rows(stroke: Stroke, first: int, last: int) -> Stroke:
     """Part of a stroke, both ends included; at least two points."""
     first = min(first, len(stroke.points) - 2)
     rows = slice(first, max(last, first + 1) + 1)
-    return Stroke(**{name: getattr(stroke, name)[rows] for name in ("points", "normals", "feed", "force")})
+    return stroke.rows(rows)
 
 
 def _joined(way: Sequence[Stroke]) -> Stroke:
     """Strokes one after the other as one; points that repeat are left out."""
-    columns = {name: np.concatenate([getattr(piece, name) for piece in way])
-               for name in ("points", "normals", "feed", "force")}  # fmt: skip
-    moved = np.linalg.norm(np.diff(columns["points"], axis=0), axis=1) > _SAME
-    return Stroke(**{name: values[np.concatenate(([True], moved))] for name, values in columns.items()})
+    columns: dict[str, Any] = {name: np.concatenate([getattr(piece, name) for piece in way]) for name in COLUMNS}
+    shares = [np.ones(len(piece.points)) if piece.stiffness is None else piece.stiffness for piece in way]
+    softer = any(piece.stiffness is not None for piece in way)
+    whole = replace(way[0], stiffness=np.concatenate(shares) if softer else None, **columns)
+    moved = np.linalg.norm(np.diff(whole.points, axis=0), axis=1) > _SAME
+    return whole.rows(np.concatenate(([True], moved)))
 
 
 def _turn(one: Stroke, other: Stroke, surface: WorkingSurface, tree: cKDTree, free: NDArray[np.bool_]) -> Stroke | None:
     """A bend on the surface from the end of one piece to the start of the next.
 
-    None if it were long, or led over places that are over target, or off the surface.
+    None if it were long, or led over places that are over target, or off the surface, or the tool leaned otherwise.
     """
     start, end = one.points[-1], other.points[0]
     away = float(np.linalg.norm(end - start))
-    if not _SAME < away < FARTHEST:
+    if not _SAME < away < FARTHEST or one.tilt != other.tilt:
         return None
     leaving, arriving = _direction(one.points[-2:]), _direction(other.points[:2])
     t = np.linspace(0.0, 1.0, int(np.ceil(2.0 * away / _PITCH)) + 1)[1:-1, None]
@@ -191,11 +194,13 @@ def _turn(one: Stroke, other: Stroke, surface: WorkingSurface, tree: cKDTree, fr
     if not free[nearest].all() or np.abs(lift).max() > _PITCH or np.einsum("ij,ij->i", own, normals).min() < _ALIKE:
         return None
     level = np.ones(len(points))
-    return Stroke(
+    return replace(
+        one,
         points=points - lift[:, None] * own,
         normals=normals,
         feed=one.feed[-1] * level,
         force=min(one.force[-1], other.force[0]) * level,
+        stiffness=None if one.stiffness is None else one.stiffness[-1] * level,
     )
 
 

@@ -44,9 +44,7 @@ def air_way(strokes: Sequence[Stroke]) -> float:
 
 def reversed_stroke(stroke: Stroke) -> Stroke:
     """The same stroke, run the other way."""
-    return Stroke(
-        points=stroke.points[::-1], normals=stroke.normals[::-1], feed=stroke.feed[::-1], force=stroke.force[::-1]
-    )
+    return stroke.rows(slice(None, None, -1))
 
 
 def _nearest(ends: Array) -> Tour:

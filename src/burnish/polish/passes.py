@@ -115,9 +115,11 @@ def piece(stroke: Stroke, first: float, last: float, at: Array | None = None) ->
         return np.interp(at, arc, values)
 
     normals = np.column_stack([level(column) for column in stroke.normals.T])
-    return Stroke(
+    return replace(
+        stroke,
         points=np.column_stack([level(column) for column in stroke.points.T]),
         normals=normals / np.linalg.norm(normals, axis=1, keepdims=True),
         feed=level(stroke.feed),
         force=level(stroke.force),
+        stiffness=None if stroke.stiffness is None else level(stroke.stiffness),
     )

@@ -69,7 +69,7 @@ class Job(Moves):
         Raises:
             PlanError: if the arm cannot follow them.
         """
-        paths = [timed(leg.path, self.placement, self.upright) for leg in self.legs]
+        paths = [self._timed(leg) for leg in self.legs]
         reaches = [follow(self.rig.model, path) for path in paths]
         return paths, max(reaches, key=lambda reach: reach.speed_share)
 
@@ -77,11 +77,10 @@ class Job(Moves):
         """Joint positions in the middle of the first stroke, for a picture [rad], (n,)."""
         stroke = max(self.strokes, key=lambda stroke: stroke.length)
         k = len(stroke.points) // 2
-        p, n = (
-            self.placement.points(stroke.points[k : k + 1])[0],
-            self.placement.directions(stroke.normals[k : k + 1])[0],
-        )
-        return inverse_kinematics(self.rig.model, p, tool_rotation(n, self.upright), READY)
+        normal, axis = stroke.normals[k : k + 1], stroke.axes[k : k + 1]
+        p = self.placement.points(stroke.points[k : k + 1] + self.tool.tip_radius * (normal + axis))[0]
+        R = tool_rotation(-self.placement.directions(axis)[0], self.upright)
+        return inverse_kinematics(self.rig.model, p, R, READY)
 
     def run(self) -> Iterator[Sample]:
         """All samples of the job, to the arm at rest."""
@@ -98,6 +97,9 @@ class Job(Moves):
             self.failure = str(error)
         yield from self._end()
 
+    def _timed(self, leg: Leg) -> TimedPath:
+        return timed(leg.path, self.placement, self.upright, self.tool.tip_radius)
+
     def _leg(self, path: TimedPath) -> Iterator[Sample]:
         """A leg as far as the abrasive lasts, with what earlier passes have learnt of the height there."""
         leg = self.leg
@@ -109,18 +111,18 @@ class Job(Moves):
         leg, rest = split(leg, lasts)
         known = self.learner.corrected(leg)
         if known is not leg:
-            path = timed(known.path, self.placement, self.upright)
+            path = self._timed(known)
         elif rest is not None:
-            path = timed(leg.path, self.placement, self.upright)
+            path = self._timed(leg)
         yield from self._work(leg, path)
         if rest is not None and not self.stopping:
             self.pause = f"{self.abrasive.says()}: change it"
 
     def _work(self, leg: Leg, path: TimedPath) -> Iterator[Sample]:
         """Approach the start of a leg, press, rub along it, lift off."""
-        yield from self.approach("approach", path.p[0], path.normal[0], tool_rotation(path.normal[0], self.upright))
+        yield from self.approach("approach", path.p[0], path.normal[0], path.R[0])
         self.follower, self._at = SurfacePath(path=path), None
-        along = reached(leg.path, self.placement, self.upright)
+        along = reached(leg.path, self.placement, self.upright, self.tool.tip_radius)
         for sample in self.drive("lead-in" if leg.lead else "pass", self.follower, self.law, self.follower.arrived):
             self._rub(sample, leg, along)
             yield sample
@@ -190,21 +192,31 @@ class Job(Moves):
         yield from self.always("rest", still, self.travel, lambda arm: float(np.abs(arm.dq).max()) < np.deg2rad(1.0))
 
 
-def reached(stroke: Stroke, placement: Placement, upright: Array) -> Array:
+def reached(stroke: Stroke, placement: Placement, upright: Array, tip_radius: float | None = None) -> Array:
     """Path length of a stroke at each node of its `timed` path [m], (N,).
 
     The length rides along in the place of the force, so the same rule times both.
     """
-    return timed(replace(stroke, force=stroke.arc), placement, upright).force
+    return timed(replace(stroke, force=stroke.arc), placement, upright, tip_radius).force
 
 
-def timed(stroke: Stroke, placement: Placement, upright: Array) -> TimedPath:
+def timed(stroke: Stroke, placement: Placement, upright: Array, tip_radius: float | None = None) -> TimedPath:
     """A stroke in time, where the mould stands, with the force ramp at its start.
 
+    Args:
+        stroke: mould frame.
+        placement: where the mould stands.
+        upright: rotation about which the tool turns least, base ← tool, (3, 3).
+        tip_radius: radius of the tip [m], over which the contact rolls when the tool leans; an upright one needs none.
+
     Raises:
-        PlanError: if the surface turns the tool too fast for the wrist over most of the stroke.
+        PlanError: if the surface turns the tool too fast for the wrist over most of the stroke, or the tool leans and
+            no radius is given.
     """
-    share = feed_share(stroke.points, stroke.normals, stroke.feed)
+    axes = stroke.axes
+    if tip_radius is None and stroke.tilt.angle != 0.0:
+        raise PlanError("the tool leans over its tip, whose radius is unknown; expected tip_radius in m")
+    share = feed_share(stroke.points, axes, stroke.feed)
     if share < SLOWEST:
         raise PlanError(
             f"the path needs more joint speed than the arm has: over this surface the wrist can follow "
@@ -218,5 +230,8 @@ def timed(stroke: Stroke, placement: Placement, upright: Array) -> TimedPath:
         stroke.force,
         upright,
         acceleration=ACCELERATION,
+        axes=placement.directions(axes),
+        tip_radius=0.0 if tip_radius is None else tip_radius,
+        stiffness=stroke.stiffness,
     )
     return path.with_ramp(0.5 * SETTLE, 0.5 * SETTLE)

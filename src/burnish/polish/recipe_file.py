@@ -44,7 +44,9 @@ FARTHEST = 1.0
 """Largest coordinate of a drawn path [m]."""
 HEAD = "# Recipe of a finishing job. SI units; what is left out has its default.\n"
 _PASS = {"force": FORCE, "feed": FEED, "step": STEP}
-_TILT = {"tilt": ("angle", LEAN), "tilt_heading": ("heading", ANGLE)}
+_HALF_TURN = Range(unit="rad", low=-float(np.pi), high=float(np.pi))
+_TILT = {"tilt": ("angle", LEAN), "tilt_heading": ("heading", _HALF_TURN)}
+_NOTES = {"tilt_heading": ", where the body leans to: from the mould's x to its y, wherever the path goes"}
 _TOP = {"force": FORCE, "feed": FEED, "preston": PRESTONS}
 
 
@@ -213,7 +215,7 @@ def _lines(table: Mapping[str, Any], ranges: Mapping[str, Range]) -> Iterator[st
     """The lines of a table, with units."""
     for name, value in table.items():
         line = tomli_w.dumps({name: value}).rstrip("\n")
-        yield f"{line}  # {_comment(ranges[name], value)}\n" if name in ranges else f"{line}\n"
+        yield f"{line}  # {_comment(ranges[name], value)}{_NOTES.get(name, '')}\n" if name in ranges else f"{line}\n"
 
 
 def _comment(allowed: Range, value: float) -> str:

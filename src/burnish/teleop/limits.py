@@ -37,7 +37,7 @@ DAMPING = 1e-3
 ASIDE = 0.005
 """Share of the fastest joint's speed with which a limit may be closed by the way: next to one, a motion along it would
 else be stopped by the last digits of a joint speed."""
-
+EDGE = "edge of the work space"
 
 _SCALE = np.repeat([1.0 / LENGTH, 1.0], 3)
 
@@ -62,17 +62,14 @@ class Mobility:
 
     def __init__(self, J: Array) -> None:
         self._J = J
-        self._U, self._s, self._Vt, _ = lapack.dgesdd(_SCALE[:, None] * J, full_matrices=0)
-
-    @property
-    def smallest(self) -> float:
+        self._U, s, self._Vt, _ = lapack.dgesdd(_SCALE[:, None] * J, full_matrices=0)
+        self.smallest = float(s[-1])
         """The smallest singular value σ."""
-        return float(self._s[-1])
+        self._inverse = (_SCALE[:, None] * self._U * (s / (s * s + DAMPING**2))).dot(self._Vt)
 
     def joint_speeds(self, twist: Array) -> Array:
         """The joint speeds of a twist by the damped pseudo-inverse [rad/s], (n,)."""
-        s = self._s
-        return np.asarray((s / (s * s + DAMPING**2) * (_SCALE * twist).dot(self._U)).dot(self._Vt))
+        return np.asarray(twist.dot(self._inverse))
 
     def smallest_rate(self, dq: Array) -> float:
         """σ̇ = uᵀ J̇ w at joint speeds q̇ [1/s]; u and w are the singular vectors of σ."""
@@ -115,32 +112,29 @@ class Bounds:
     def slowed(self, arm: Dynamics, here: Mobility, twist: Array) -> Slowed:
         """What of a twist of the tool, base axes [m/s, rad/s], (6,), the arm shall follow where it is."""
         dq = here.joint_speeds(twist)
-        sigma, dsigma = here.smallest, here.smallest_rate(dq)
-        fastest = np.abs(dq) / (JOINT_SPEED * self.speed)
-        joint = int(fastest.argmax())
-        slowed = (
-            Slowed(1.0 / float(fastest[joint]), f"speed of joint {joint + 1}") if fastest[joint] > 1.0 else Slowed()
-        )
-        aside, v = ASIDE * float(np.abs(dq).max()), twist[:3]
-        away = np.array([sigma - SINGULAR])
-        left = [self.upper - arm.q, arm.q - self.lower, away, self.box_high - arm.p, arm.p - self.box_low]
-        closing = [dq - aside, -dq - aside, np.array([-dsigma - aside]), v, -v]
-        rows = zip(np.concatenate(left).tolist(), np.concatenate(closing).tolist(), strict=True)
-        for row, (way, speed) in enumerate(rows):
-            reach, way = BRAKING * speed, max(way, 0.0)
+        slowed, speeds, fastest = Slowed(), dq.tolist(), 0.0
+        rows = zip(arm.q.tolist(), speeds, self.lower.tolist(), self.upper.tolist(), self.speed.tolist(), strict=True)
+        ways = []
+        for joint, (q, speed, lower, upper, limit) in enumerate(rows, 1):
+            size = abs(speed)
+            if size > fastest:
+                fastest = size
+            if size * slowed.share > JOINT_SPEED * limit:
+                slowed = Slowed(JOINT_SPEED * limit / size, f"speed of joint {joint}")
+            ways.append((upper - q if speed > 0.0 else q - lower, size, f"limit of joint {joint}"))
+        aside = ASIDE * fastest
+        ways.append((here.smallest - SINGULAR, -here.smallest_rate(dq), "singularity"))
+        edges = zip(arm.p.tolist(), twist[:3].tolist(), self.box_low.tolist(), self.box_high.tolist(), strict=True)
+        ways += [(high - p if v > 0.0 else p - low, abs(v) + aside, EDGE) for p, v, low, high in edges]
+        for way, speed, cause in ways:
+            reach, way = BRAKING * (speed - aside), max(way, 0.0)
             if reach > way and way / reach < slowed.share:
-                slowed = Slowed(way / reach, self._name(row))
+                slowed = Slowed(way / reach, cause)
         return slowed
 
     def overshot(self, here: Mobility, twist: Array) -> float:
         """By which factor a twist of the reference, (6,), is too fast for a joint; up to 1 for none."""
         return float((np.abs(here.joint_speeds(twist)) / (OVERSHOT * self.speed)).max())
-
-    def _name(self, row: int) -> str:
-        n = len(self.lower)
-        if row < 2 * n:
-            return f"limit of joint {row % n + 1}"
-        return "singularity" if row == 2 * n else "edge of the work space"
 
 
 def jacobian_rate(J: Array, dq: Array) -> Array:
@@ -153,12 +147,13 @@ def jacobian_rate(J: Array, dq: Array) -> Array:
     v, w = J[:3], J[3:]
     moving = v * dq
     turning, beyond = (w * dq).cumsum(axis=1), moving[:, ::-1].cumsum(axis=1)[:, ::-1] - moving
-    rate = np.empty_like(J)
-    rate[:3], rate[3:] = _cross(turning, v) + _cross(w, beyond), _cross(turning, w)
-    return rate
+    # All three products at once.
+    products = _cross(np.concatenate([turning, w, turning], axis=1), np.concatenate([v, beyond, w], axis=1))
+    n = J.shape[1]
+    return np.concatenate([products[:, :n] + products[:, n : 2 * n], products[:, 2 * n :]])
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Column by column, (3, n); several times as fast as NumPy's own for so few."""
+    """Column by column, (3, k); several times as fast as NumPy's own for so few."""
     (a0, a1, a2), (b0, b1, b2) = a, b
     return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import inf, radians, sqrt
+from math import hypot, inf, radians, sqrt
 
 import numpy as np
 
@@ -175,7 +175,7 @@ class Operator:
             self._before_leash_ends(arm, twist),
         )
         self.slowed = min(slower, key=lambda slowed: slowed.share)
-        target = np.append(self.slowed.share * twist, self._finger_speed(wanted.close))
+        target = np.array([*(self.slowed.share * twist).tolist(), self._finger_speed(wanted.close)])
         ease = here.ease(self._smooth.v[:6], target[:6], self._smooth.acceleration[:6])
         way, v, a = self._smooth.step(target, min(max(0.0, arm.t - self._t), LONGEST), ease)
         over = self.bounds.overshot(here, v[:6])
@@ -197,10 +197,15 @@ class Operator:
 
     def _twist(self, wanted: Wanted) -> Array:
         """In base axes, within the speeds [m/s, rad/s], (6,)."""
-        frames, mode = {Frame.BASE: self.R_base_operator, Frame.TOOL: self._R, None: np.eye(3)}, self.panel.modes.mode
-        linear = frames[mode.translation] @ _within_one(wanted.push)
-        angular = frames[mode.rotation] @ _within_one(wanted.turn)
-        return np.concatenate([self.pace.linear * linear, self.pace.angular * angular])
+        mode, twist = self.panel.modes.mode, np.zeros(6)
+        for part, frame, values, fastest in (
+            (twist[:3], mode.translation, wanted.push, self.pace.linear),
+            (twist[3:], mode.rotation, wanted.turn, self.pace.angular),
+        ):
+            if frame is not None and any(values):
+                R = self._R if frame is Frame.TOOL else self.R_base_operator
+                part[:] = R.dot(fastest * _within_one(values))
+        return twist
 
     def _finger_speed(self, close: float) -> float:
         """Slower towards the ends [rad/s]."""
@@ -274,9 +279,8 @@ class Operator:
 
 def _within_one(values: tuple[float, float, float]) -> Array:
     """A vector no longer than 1, in its direction: corners of the cap's range are no faster than its axes."""
-    vector = np.array(values)
-    return np.asarray(vector / max(1.0, _length(vector)))
+    return np.array(values) / max(1.0, hypot(*values))
 
 
 def _length(vector: Array) -> float:
-    return sqrt(float(vector @ vector))
+    return sqrt(float(vector.dot(vector)))

@@ -55,6 +55,8 @@ class TimedPath:
     """Outward unit normal, base axes, (N, 3)."""
     force: Array
     """Wanted contact force [N], (N,)."""
+    stiffness: Array | None = None
+    """Share of the law's stiffness with which the tool is held, (N,); None: 1 everywhere."""
 
     @cached_property
     def motion(self) -> Array:
@@ -85,13 +87,26 @@ class TimedPath:
             a=rest(self.a),
             normal=stand(self.normal),
             force=np.concatenate([share * self.force[0], self.force]),
+            stiffness=None if self.stiffness is None else stand(self.stiffness),
         )
 
 
 def time_path(
-    points: Array, normals: Array, feed: Array, force: Array, R0: Array, *, acceleration: float, dt: float = 5e-3
+    points: Array,
+    normals: Array,
+    feed: Array,
+    force: Array,
+    R0: Array,
+    *,
+    acceleration: float,
+    dt: float = 5e-3,
+    axes: Array | None = None,
+    tip_radius: float = 0.0,
+    stiffness: Array | None = None,
 ) -> TimedPath:
-    """Time a path: as fast as its feed, slower where it bends, from rest to rest.
+    """Time a path: as fast as its feed, slower where it bends and where the tool turns, from rest to rest.
+
+    The tip is a sphere; a tool that leans by its axis z still touches c with it, and so its apex is at c + r (n + z).
 
     Args:
         points: contact points, base frame [m], (N, 3).
@@ -101,6 +116,9 @@ def time_path(
         R0: tool rotation about which the tool turns least, (3, 3).
         acceleration: bound of the tangential and of the centripetal acceleration [m/s²].
         dt: time between the nodes of the result [s].
+        axes: the tool's axis at each point, unit vectors into the surface, (N, 3); None: along the normal.
+        tip_radius: r, radius of the tip [m]; of no account without ``axes``.
+        stiffness: share of the law's stiffness at each point, (N,); None: 1 everywhere.
 
     Raises:
         InputError: if the points are no path.
@@ -109,7 +127,8 @@ def time_path(
     if len(points) < 3 or np.any(steps < 1e-9):
         raise InputError("a path needs at least three points, no two neighbours alike")
     s = np.concatenate([[0.0], np.cumsum(steps)])
-    speed = _speed(points, normals, s, feed, acceleration)
+    axes = -normals if axes is None else axes
+    speed = _speed(points, axes, s, feed, acceleration)
     # Between two points the acceleration is constant: the mean speed is the mean of both ends.
     t = np.concatenate([[0.0], np.cumsum(2.0 * steps / (speed[1:] + speed[:-1]))])
     nodes = np.arange(0.0, t[-1] + dt, dt)
@@ -117,25 +136,37 @@ def time_path(
     rest = np.clip(nodes - t[k], 0.0, None)
     rate = (speed[k + 1] - speed[k]) / (t[k + 1] - t[k])
     at = np.clip(s[k] + speed[k] * rest + 0.5 * rate * rest**2, 0.0, s[-1])
-    p = _smooth(np.column_stack([np.interp(at, s, points[:, i]) for i in range(3)]), dt)
-    n = _smooth(np.column_stack([np.interp(at, s, normals[:, i]) for i in range(3)]), dt)
+    c, n, z = (
+        _smooth(np.column_stack([np.interp(at, s, rows[:, i]) for i in range(3)]), dt)
+        for rows in (points, normals, axes)
+    )
     n /= np.linalg.norm(n, axis=1, keepdims=True)
-    R = tool_rotations(n, R0)
+    z /= np.linalg.norm(z, axis=1, keepdims=True)
+    p, R = c + tip_radius * (n + z), tool_rotations(-z, R0)
     # Over two nodes the tool turns by less than 0.01 rad, where sin θ u is θ u to 1e-7.
     turn = R[2:] @ np.swapaxes(R[:-2], 1, 2)
     omega = np.zeros_like(p)
     omega[1:-1] = _axial(turn) / (2.0 * dt)
     v = np.column_stack([np.gradient(p, dt, axis=0), omega])
-    return TimedPath(dt=dt, p=p, R=R, v=v, a=np.gradient(v, dt, axis=0), normal=n, force=np.interp(at, s, force))
+    return TimedPath(
+        dt=dt,
+        p=p,
+        R=R,
+        v=v,
+        a=np.gradient(v, dt, axis=0),
+        normal=n,
+        force=np.interp(at, s, force),
+        stiffness=None if stiffness is None else np.interp(at, s, stiffness),
+    )
 
 
-def feed_share(points: Array, normals: Array, feed: Array) -> float:
-    """Mean speed over the path by its feed, where the turning of the surface alone slows it down, 0 to 1.
+def feed_share(points: Array, axes: Array, feed: Array) -> float:
+    """Mean speed over the path by its feed, where the turning of the tool alone slows it down, 0 to 1.
 
     Arguments as for `time_path`.
     """
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return float(np.trapezoid(1.0 / feed, s) / np.trapezoid(1.0 / _turning(normals, s, feed), s))
+    return float(np.trapezoid(1.0 / feed, s) / np.trapezoid(1.0 / _turning(axes, s, feed), s))
 
 
 @dataclass(kw_only=True)
@@ -159,7 +190,13 @@ class SurfacePath:
         last = len(path.p) - 2
         if x >= last + 1:
             return ToolReference(
-                p=path.p[-1], R=path.R[-1], v=ZERO6, a=ZERO6, normal=path.normal[-1], force=float(path.force[-1])
+                p=path.p[-1],
+                R=path.R[-1],
+                v=ZERO6,
+                a=ZERO6,
+                normal=path.normal[-1],
+                force=float(path.force[-1]),
+                stiffness=1.0 if path.stiffness is None else float(path.stiffness[-1]),
             )
         k = min(int(x), last)
         f = x - k
@@ -173,6 +210,7 @@ class SurfacePath:
             a=between[9:],
             normal=path.normal[near],
             force=float(path.force[k]),
+            stiffness=1.0 if path.stiffness is None else float(path.stiffness[k]),
         )
 
     def arrived(self, arm: Dynamics) -> bool:
@@ -193,12 +231,12 @@ START_ACCELERATION = 0.02
 """From rest and to rest [m/s²]: stuck joints break away one after the other, and slowly is gently."""
 
 
-def _speed(points: Array, normals: Array, s: Array, feed: Array, acceleration: float) -> Array:
+def _speed(points: Array, axes: Array, s: Array, feed: Array, acceleration: float) -> Array:
     """Speed at each point [m/s]: below the feed, slow in bends and turns, reachable, and gentle at both ends."""
     tangent = np.gradient(points, s, axis=0)
     curvature = np.linalg.norm(np.gradient(tangent, s, axis=0), axis=1)
     speed = np.minimum(feed, np.sqrt(acceleration / np.maximum(curvature, 1e-9)))
-    speed = np.minimum(speed, _turning(normals, s, feed))
+    speed = np.minimum(speed, _turning(axes, s, feed))
     # A path in arc length cannot leave rest at speed 0: 1 mm/s is as good.
     speed = np.minimum(speed, 1e-3 + np.sqrt(2.0 * START_ACCELERATION * np.minimum(s, s[-1] - s)))
     steps = np.diff(s)
@@ -209,9 +247,9 @@ def _speed(points: Array, normals: Array, s: Array, feed: Array, acceleration: f
     return np.asarray(speed)
 
 
-def _turning(normals: Array, s: Array, feed: Array) -> Array:
+def _turning(axes: Array, s: Array, feed: Array) -> Array:
     """The feed where the tool turns slowly enough, less over crests and fillets [m/s]."""
-    turn = np.linalg.norm(np.gradient(normals, s, axis=0), axis=1)
+    turn = np.linalg.norm(np.gradient(axes, s, axis=0), axis=1)
     return np.asarray(np.minimum(feed, TURN_RATE / np.maximum(turn, 1e-9)))
 
 
