@@ -37,12 +37,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from common import machine, markdown_table, write_json, write_text
 from teleop.magellan import Spacenavd
 
-from burnish.commands.station import bounds
 from burnish.control import OperationalSpace
 from burnish.core import State
 from burnish.model.model import Model
 from burnish.polish.cell import HOME
 from burnish.runtime.limits import Limits
+from burnish.runtime.operating import bounds, watched
 from burnish.teleop.device import Device, Reading
 from burnish.teleop.modes import Panel
 from burnish.teleop.modes_b import ModesB
@@ -105,6 +105,7 @@ class Bench:
             read=Shaped(device=self.watched).read,  # type: ignore[arg-type]
             panel=Panel(modes=ModesB(fitted=False)),
             bounds=bounds(Limits.jaco2()),
+            clearance=watched().closing,
         )
         self.law = OperationalSpace(kp=100.0, kd=20.0)
         self.operator.reset(self.arm)

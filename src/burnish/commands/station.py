@@ -27,7 +27,6 @@ from burnish.record.described import described, fingerprint
 from burnish.runtime.limits import Limits
 from burnish.runtime.loop import Rig
 from burnish.runtime.machine import Mode
-from burnish.runtime.operating import bounds as bounds
 from burnish.runtime.operating import operator
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim.arms import Arm
