@@ -70,8 +70,16 @@ def test_damping_ratio_is_that_of_the_free_decay() -> None:
     assert -roots.real / np.abs(roots) == pytest.approx([TOOL.damping_ratio] * 2)
 
 
-@pytest.mark.parametrize("name", [field.name for field in fields(PolishingTool)])
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        (field.name, value)
+        for field in fields(PolishingTool)
+        for value in (0.0, -1.0, np.nan, np.inf)
+        # A spindle may stand still, or turn the other way round.
+        if field.name != "spindle" or not np.isfinite(value)
+    ],
+)
 def test_impossible_figure_is_refused_by_name(name: str, value: float) -> None:
     with pytest.raises(InputError, match=rf"\b{name} ="):
         PolishingTool(**{name: value})

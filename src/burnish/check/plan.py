@@ -118,7 +118,7 @@ def _turned(bounds: Bounds, number: int, stroke: Stroke) -> Stroke:
     if share < bounds.least_feed:
         k = int(np.argmin(followable(stroke).feed / stroke.feed))
         reason = (
-            f"the surface turns the tool too fast, the wrist can follow {100 * share:.0f} % of the feed; "
+            f"the surface turns the tool too fast, the wrist's joints can follow {100 * share:.0f} % of the feed; "
             f"expected {100 * bounds.least_feed:.0f} % at least"
         )
         remedy = f"Lower the feed to {1e3 * share / bounds.least_feed * float(np.mean(stroke.feed)):.2g} mm/s"
