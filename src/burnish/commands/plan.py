@@ -23,6 +23,9 @@ from burnish.polish.recipe_file import PATTERNS, read_recipe
 from burnish.surface import DistanceGrid, Mould
 from burnish.surface.access import Access
 
+NOTHING = 1e-5
+"""Area that nobody needs to be told of [m²]: a tenth of a square centimetre."""
+
 
 def run(options: argparse.Namespace) -> int:
     """Plan, check, write; nothing is written when the plan is refused."""
@@ -73,7 +76,9 @@ def _table(plan: CheckedPlan, mould: Mould, path: Path, recipe: Recipe) -> Itera
     yield f"  clearance     {_distance(plan.clearances.around)}"
     if plan.clearances.itself is not None:
         yield f"  of itself     {_distance(plan.clearances.itself)}"
-    for note in (*mould.warnings, Access.of(mould, recipe.tool.tip_radius).summary, *plan.notes):
+    access = Access.of(mould, recipe.tool.tip_radius)
+    hollow = (access.summary,) if access.area(access.out_of_reach | access.tight) > NOTHING else ()
+    for note in (*mould.warnings, *hollow, *plan.notes):
         yield f"  note: {note}"
 
 
