@@ -110,6 +110,24 @@ def test_one_stale_state_now_and_then_is_forgiven() -> None:
     assert not supervisor.tripped
 
 
+@pytest.mark.parametrize("back", [0.11, 3600.0])
+def test_clock_that_goes_back_stops_the_arm_at_once_and_is_then_the_clock(back: float) -> None:
+    supervisor = running()
+    supervisor.filter(arm_at(5 * T - back), arm_at(0.0).g)
+    assert "went back by" in cause_of(supervisor)
+    moved = HOME + 0.01
+    sent = [supervisor.filter(arm_at((5 + k) * T - back, q=moved), arm_at(0.0).g) for k in range(1, 60)]
+    # The arm is seen again: what holds it knows that it has moved.
+    assert_allclose(sent[-1] - arm_at(0.0).g, -LIMITS.stiffness * 0.01, atol=0.15)
+
+
+def test_reading_that_comes_a_little_late_is_no_other_clock() -> None:
+    supervisor = running()
+    supervisor.filter(arm_at(5 * T), arm_at(0.0).g)
+    supervisor.filter(arm_at(5 * T - 0.04), arm_at(0.0).g)
+    assert not supervisor.tripped
+
+
 def test_three_late_cycles_in_a_row_stop_the_arm() -> None:
     supervisor, t = running(), 4 * T
     for i in range(3):

@@ -355,3 +355,19 @@ def test_limit_that_is_none_is_refused_by_name(name: str, value: float) -> None:
 def test_limits_cannot_be_written() -> None:
     with pytest.raises(ValueError, match="read-only"):
         LIMITS.torque[0] = 1e9
+
+
+def test_whoever_watches_can_have_the_arm_held_from_the_next_cycle_on() -> None:
+    supervisor = Supervisor(limits=LIMITS)
+    supervisor.filter(arm_at(0.0), MODEL.at(State(t=0.0, q=HOME, dq=np.zeros(6))).g)
+    supervisor.stop("nobody commands the arm any more")
+    assert not supervisor.tripped
+    held = supervisor.filter(arm_at(0.01), STRONG)
+    assert supervisor.mode is Mode.HOLD
+    assert supervisor.event is not None
+    assert supervisor.event.cause == "nobody commands the arm any more"
+    assert_allclose(held, arm_at().g, atol=1e-9)
+    # It is said once, and not a cause that stays.
+    for k in range(2, 130):
+        supervisor.filter(arm_at(0.01 * k), STRONG)
+    assert supervisor.acknowledge() is None

@@ -1,96 +1,65 @@
-"""`OperatorTwist`: what a hand at a joystick asks of the tool, as a reference that never runs away from the arm."""
+"""`RoughHand`: a hand at a six-axis mouse that wants one thing after the other, and wants it at once."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import exp as decay
+from math import exp
 
 import numpy as np
 
-from burnish.core import Array, Dynamics, ToolReference
-from burnish.rotation import exp, log
-from burnish.runtime.clearance import Clearance
-from burnish.runtime.operating import watched
-from burnish.teleop.limits import before_end
+from burnish.core import Array
+from burnish.teleop.device import AT_REST, Reading, six
 
-LINEAR, ANGULAR = 0.10, 0.35
-"""Largest speeds that are asked for [m/s, rad/s]."""
-SMOOTH = 0.12
-"""Time constant of the hand, twice [s]."""
-LEASH, TURN_LEASH = 0.02, 0.15
-"""How far the reference may be ahead of the tool [m, rad]."""
-ROAM = 0.12
-"""Distance from the start beyond which the hand comes back [m]."""
-SHARE = 0.5
-"""Share of the joints' speeds to which the twist is slowed down."""
+RELEASED = 0.02
+"""Deflection below which the cap counts as let go."""
+QUICKEST, SLOWEST = 0.025, 0.05
+"""Time constant of the fingers, twice [s]."""
+FIRST = 0.1
+"""Time for which the cap is left alone first, as every device has to be [s]."""
+OFTEN = (0.15, 0.5, 2.0)
+"""Mean times for which a hand wants the same [s]."""
+ALL_THE_WAY, NOTHING = 0.3, 0.1
+"""Share of the wishes that push the cap to its ends, and of those to let go."""
+AXES = (1.0, 0.5, 0.2)
+"""Share of the axes that a wish is about."""
 
 
 @dataclass(kw_only=True)
-class OperatorTwist:
-    """A random twist, changed now and then, smoothed like a hand's, integrated to a pose on a leash."""
+class RoughHand:
+    """Pushes the cap to where chance wants it, as fast as fingers do, by a clock of its own."""
 
     seed: int
     """Of the hand."""
-    joint_speed: Array = field(default_factory=lambda: np.radians(np.repeat([36.0, 48.0], 3)))
-    """Largest joint speeds [rad/s], (6,)."""
-    _clearance: Clearance = field(default_factory=watched, init=False, repr=False)
-    _p: Array = field(default_factory=lambda: np.zeros(3), init=False, repr=False)
-    _R: Array = field(default_factory=lambda: np.eye(3), init=False, repr=False)
-    _twist: Array = field(default_factory=lambda: np.zeros((3, 6)), init=False, repr=False)
-    """What is wanted, half smoothed and smoothed."""
+    period: float
+    """Time from one reading to the next [s]."""
+    longest: float = 10.0
+    """For which it wants the same at most [s]."""
+    _t: float = field(default=0.0, init=False, repr=False)
+    _until: float = field(default=FIRST, init=False, repr=False)
+    _lag: float = field(default=SLOWEST, init=False, repr=False)
+    _cap: Array = field(default_factory=lambda: np.zeros((3, 6)), init=False, repr=False)
+    """Deflections that are wanted, half reached and reached."""
 
-    def reset(self, arm: Dynamics) -> None:
-        """Start from this tool pose, at rest."""
+    def __post_init__(self) -> None:
         self._rng = np.random.default_rng(self.seed)
-        self._p, self._R, self._home, self._R_home = arm.p, arm.R, arm.p, arm.R
-        self._t = self._change = arm.t
-        self._twist = np.zeros((3, 6))
 
-    def at(self, arm: Dynamics) -> ToolReference:
-        """The reference at the instant of ``arm``."""
-        dt, self._t = arm.t - self._t, arm.t
-        if arm.t >= self._change:
-            self._change = arm.t + self._rng.uniform(0.3, 1.0)
-            self._twist[0] = self._wish()
-        # A step that the clock cannot have made moves nothing.
-        dt = min(max(dt, 0.0), 0.1) if dt == dt else 0.0
-        before, share = self._twist[2].copy(), 1.0 - decay(-dt / SMOOTH)
-        self._twist[1] += share * (self._twist[0] - self._twist[1])
-        self._twist[2] += share * (self._twist[1] - self._twist[2])
-        v = self._twist[2] * self._slower(arm)
-        p, R = self._p + dt * v[:3], exp(dt * v[3:]) @ self._R
-        self._p, self._R = self._leashed(arm, p, R)
-        a = (self._twist[2] - before) / dt if dt > 0.0 else np.zeros(6)
-        return ToolReference(p=self._p, R=self._R, v=v, a=a)
+    def read(self) -> Reading:
+        """The cap, a period later."""
+        self._t += self.period
+        if self._t >= self._until:
+            self._wish()
+        share = 1.0 - exp(-self.period / self._lag)
+        self._cap[1] += share * (self._cap[0] - self._cap[1])
+        self._cap[2] += share * (self._cap[1] - self._cap[2])
+        axes = AT_REST if np.abs(self._cap[2]).max() < RELEASED else six(self._cap[2].tolist())
+        return Reading(t=self._t, axes=axes, buttons=(), age=0.0)
 
-    def _wish(self) -> Array:
-        """A new twist: often none, else in any direction, home from too far away."""
-        if self._rng.uniform() < 0.2:
-            return np.zeros(6)
-        linear, angular = self._rng.normal(size=(2, 3))
-        way, turn = self._home - self._p, log(self._R_home @ self._R.T)
-        if float(np.linalg.norm(way)) > ROAM:
-            linear = way
-        if float(np.linalg.norm(turn)) > 0.5:
-            angular = turn
-        linear *= LINEAR * self._rng.uniform() / np.linalg.norm(linear)
-        angular *= ANGULAR * self._rng.uniform() / np.linalg.norm(angular)
-        return np.concatenate([linear, angular])
-
-    def _slower(self, arm: Dynamics) -> float:
-        """Share of the twist that the joints can follow, and that brings the arm to rest before it is near itself."""
-        J = arm.J
-        dq = J.T @ np.linalg.solve(J @ J.T + 1e-4 * np.eye(6), self._twist[2])
-        share = min(1.0, SHARE / max(1e-9, float(np.max(np.abs(dq) / self.joint_speed))))
-        way, speed = self._clearance.closing(arm, share * dq)
-        return share * before_end(way, speed, "the arm itself").share
-
-    @staticmethod
-    def _leashed(arm: Dynamics, p: Array, R: Array) -> tuple[Array, Array]:
-        """The pose, drawn back to where the tool is near enough."""
-        ahead, turn = p - arm.p, log(R @ arm.R.T)
-        far, wide = float(np.linalg.norm(ahead)) / LEASH, float(np.linalg.norm(turn)) / TURN_LEASH
-        return (
-            arm.p + ahead / far if far > 1.0 else p,
-            exp(turn / wide) @ arm.R if wide > 1.0 else R,
-        )
+    def _wish(self) -> None:
+        """Another deflection: some axes or all, partly or to their ends, and now and then none."""
+        rng = self._rng
+        wanted = rng.uniform(-1.0, 1.0, 6) * (rng.random(6) < rng.choice(AXES))
+        if rng.random() < ALL_THE_WAY:
+            wanted = np.sign(wanted)
+        self._cap[0] = 0.0 if rng.random() < NOTHING else wanted
+        self._until = self._t + min(self.longest, rng.exponential(rng.choice(OFTEN)))
+        self._lag = rng.uniform(QUICKEST, SLOWEST)

@@ -10,9 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from burnish.campaign.blocks import Block, dome, plate
-from burnish.campaign.operator import OperatorTwist
+from burnish.campaign.operator import RoughHand
 from burnish.control.force import ForceMotion
 from burnish.control.joint import ComputedTorque
+from burnish.control.operational import OperationalSpace
 from burnish.core import Array, Controller, Dynamics, Sample, Source, State
 from burnish.errors import PlanError
 from burnish.model.ik import inverse_kinematics
@@ -25,8 +26,12 @@ from burnish.polish.moves import Felt
 from burnish.polish.process import timed
 from burnish.rotation import exp
 from burnish.runtime.loop import Rig, control
+from burnish.runtime.operating import operator
 from burnish.sim.arms import Arm
 from burnish.sim.scene import Workpiece
+from burnish.teleop.modes import Panel
+from burnish.teleop.modes_b import BASE, MIXED, TOOL, ModesB
+from burnish.teleop.reference import Pace
 from burnish.trajectory import Descend, Hold, HoldPose, Sine, SurfacePath
 from burnish.trajectory.path import tool_rotation
 
@@ -40,6 +45,8 @@ APPROACH_SPEED = 5e-3
 """Of a guarded approach [m/s], as in polishing."""
 TARE_TIME = 0.2
 """For which the tool stands in the air before it presses [s]."""
+LED = 18.0
+"""Natural frequency with which the tool follows a hand [rad/s]."""
 DEPTH = 8e-3
 """After which an approach gives up [m]."""
 
@@ -71,6 +78,24 @@ class InAir:
     def run(self, rig: Rig, wrap: Wrap) -> Iterator[Sample]:
         """All cycles."""
         yield from control(rig, self.source, wrap(self.law))
+
+
+@dataclass(kw_only=True)
+class Operated:
+    """A hand that leads the tool through the air, as ``burnish teleop`` lets it."""
+
+    q: Array
+    law: Controller[Any]
+    hand: RoughHand
+    modes: ModesB
+    """Which of the operator's axes are the base's and which the tool's."""
+    workpiece: Workpiece | None = None
+
+    def run(self, rig: Rig, wrap: Wrap) -> Iterator[Sample]:
+        """All cycles."""
+        panel = Panel(modes=self.modes)
+        moved = operator(read=self.hand.read, panel=panel, supervisor=rig.supervisor, pace=Pace.near_people())
+        yield from control(rig, moved, wrap(self.law))
 
 
 @dataclass(kw_only=True)
@@ -154,9 +179,14 @@ def track(rng: np.random.Generator, setting: Setting) -> Task:
 
 
 def teleoperate(rng: np.random.Generator, setting: Setting) -> Task:
-    """Follow an operator's twist with the tool."""
-    law = law_for(setting.arm, setting.rate, tool(), WristFelt())
-    return InAir(q=_start(rng, setting), source=OperatorTwist(seed=int(rng.integers(2**31))), law=law)
+    """Follow an operator's hand with the tool."""
+    q, seed, mode = _start(rng, setting), int(rng.integers(2**31)), (BASE, MIXED, TOOL)[int(rng.integers(3))]
+    return Operated(
+        q=q,
+        law=OperationalSpace.at_frequency(LED, friction=setting.arm.friction),
+        hand=RoughHand(seed=seed, period=1.0 / setting.rate),
+        modes=ModesB(mode=mode, fitted=False),
+    )
 
 
 def press_and_slide(rng: np.random.Generator, setting: Setting) -> Task:

@@ -28,6 +28,8 @@ BELIEVABLE_TORQUE = 4.0
 LATE = 1.5
 """Time between two samples, in periods, from which a cycle counts as late."""
 LATE_IN_A_ROW, LATE_OF_HUNDRED = 3, 5
+BACK = 0.05
+"""By which a clock may go back before it counts as another clock [s]; what is less is a reading come late."""
 STALE = 2
 """Samples without a newer measurement, of the arm or of one joint, that stop the arm."""
 NOTICEABLE = 1e-3
@@ -105,7 +107,8 @@ class Guards:
             cause = cause or self._alive(arm) or self._tool(arm)
             self.calm = self.calm and self.hurry == 0.0 and self.distance >= self.limits.self_slow
         if self._broken == 0 and isfinite(arm.t):
-            self._t, self._q = max(arm.t, self._t), arm.q.tolist()
+            self._t = arm.t if self._t - arm.t > BACK else max(arm.t, self._t)
+            self._q = arm.q.tolist()
         return cause
 
     def _calm(self, arm: Dynamics) -> bool:
@@ -188,6 +191,8 @@ class Guards:
         return Cause("the measured state is not finite")
 
     def _fresh(self, arm: Dynamics) -> Cause | None:
+        if self._t - arm.t > BACK:
+            return Cause(f"the clock of the readings went back by {self._t - arm.t:.3g} s")
         self._stale = 0 if self.fresh else self._stale + 1
         if self._stale >= STALE:
             return Cause(f"the state is stale: nothing newer than t = {self._t:.3f} s for {self._stale} cycles")

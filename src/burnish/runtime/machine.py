@@ -80,7 +80,10 @@ class Machine:
     """The state."""
     event: Event | None = field(default=None, init=False)
     """What stopped the arm, until somebody has acknowledged it; or None."""
-    _now: float = field(default=-inf, init=False, repr=False)
+    _now: float = field(default=0.0, init=False, repr=False)
+    """Time that has passed; a clock that goes back does not turn it back [s]."""
+    _told: float = field(default=-inf, init=False, repr=False)
+    """The last time that was a number [s]."""
     _clear_since: float = field(default=inf, init=False, repr=False)
     _stands_since: float = field(default=inf, init=False, repr=False)
     _blind: int = field(default=0, init=False, repr=False)
@@ -156,8 +159,9 @@ class Machine:
 
     def passed(self, t: float) -> None:
         """The time goes on; a clock that stands or goes back does not turn it back."""
-        if isfinite(t) and t > self._now:
-            self._now = t
+        if isfinite(t):
+            self._now += max(t - self._told, 0.0) if isfinite(self._told) else 0.0
+            self._told = t
 
     def _stop(self, t: float, cause: Cause) -> bool:
         """Hold or fault; true if the arm was free until now."""

@@ -60,6 +60,8 @@ class Supervisor(Machine):
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     sound: bool = field(default=True, init=False)
     """Whether the last measurement passed its checks."""
+    _wanted: Cause | None = field(default=None, init=False, repr=False)
+    """Why somebody wants the arm held."""
     _read: Array | None = field(default=None, init=False, repr=False)
     """Last reading of each joint's position."""
     _speed: Array = field(init=False, repr=False)
@@ -91,10 +93,11 @@ class Supervisor(Machine):
         cause = guards.state(arm)
         self.sound = cause is None
         timed, self._timed = self._timed, guards.fresh
-        period = arm.t - self._now if isfinite(arm.t) and isfinite(self._now) else 0.0
+        period = arm.t - self._told if isfinite(arm.t) and isfinite(self._told) else 0.0
         # A clock that stands, or is no number, allows what the shortest period would.
         longest = self._longest if timed and period < self._leap else self._shaky
         self._step = self.limits.torque_rate * min(max(period, SHORTEST), longest)
+        cause, self._wanted = cause or self._wanted, None
         if cause is None and self.mode is Mode.TORQUE:
             cause = guards.command(torque)
             if cause is None:
@@ -109,6 +112,10 @@ class Supervisor(Machine):
                     return tau
         self._last = self._clamp(arm, self._safe(arm, cause, period))
         return np.array(self._last)
+
+    def stop(self, reason: str) -> None:
+        """Hold the arm from the next cycle on, for what no measurement shows: whoever commands it is gone, say."""
+        self._wanted = Cause(reason)
 
     def reset(self, seen: Event) -> None:
         """Somebody has read ``seen``, the very event that is shown: out of a fault the supervisor is as new."""

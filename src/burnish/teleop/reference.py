@@ -76,10 +76,16 @@ class Leash:
     """[m]; a law as stiff as 1800 N/m pulls with 22 N at its end, less than what stops the arm."""
     angle: float = radians(8.0)
     """[rad]."""
+    joints: float = radians(8.0)
+    """Way that the joints may have to catch up, all together [rad]. Next to a singularity they stick while the tool is
+    a little behind, and then make up for it: the farther, the faster."""
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.position < 1.0 and 0.0 < self.angle < 1.0):
-            raise InputError(f"Leash: {self.position} m, {self.angle} rad; expected both more than 0 and less than 1")
+        if not all(0.0 < value < 1.0 for value in vars(self).values()):
+            raise InputError(
+                f"Leash: {self.position} m, {self.angle} rad, {self.joints} rad of the joints; expected more than 0 and less "
+                "than 1"
+            )
 
 
 @dataclass(kw_only=True)
@@ -172,7 +178,7 @@ class Operator:
             self._before_itself(arm, here, twist),
             self._as_allowed(arm, twist),
             self._as_hard_as_allowed(arm, twist),
-            self._before_leash_ends(arm, twist),
+            self._before_leash_ends(arm, here, twist),
         )
         self.slowed = min(slower, key=lambda slowed: slowed.share)
         target = np.array([*(self.slowed.share * twist).tolist(), self._finger_speed(wanted.close)])
@@ -184,7 +190,7 @@ class Operator:
             self._smooth.go_on_with(v, a)
         self._t = max(self._t, arm.t)
         self._p, self._R = self._p + way[:3], exp(way[3:6]) @ self._R
-        self._on_leash(arm, v, a)
+        self._on_leash(arm, here, v, a)
         self.fingers = min(max(self.fingers + float(way[6]), 0.0), FINGERS_CLOSED)
         return ToolReference(p=self._p, R=self._R, v=v[:6], a=a[:6])
 
@@ -235,10 +241,11 @@ class Operator:
             return Slowed()
         return Slowed(max(0.0, (self.press - size) / (self.press - soft)), "pressing hard")
 
-    def _before_leash_ends(self, arm: Dynamics, twist: Array) -> Slowed:
+    def _before_leash_ends(self, arm: Dynamics, here: Mobility, twist: Array) -> Slowed:
         """The rule of `Bounds` for the leash."""
-        slowed = Slowed()
-        for ahead, speed, most in self._ahead(arm, twist):
+        slowed, tool = Slowed(), self._ahead(arm, twist)
+        catch_up = here.joint_speeds(np.concatenate([tool[0][0], tool[1][0]]))
+        for ahead, speed, most in (*tool, (catch_up, here.joint_speeds(twist), self.leash.joints)):
             far = _length(ahead)
             reach = LEASH_BRAKING * float(ahead @ speed) / far if far > 0.0 else 0.0
             left = max(most - far, 0.0)
@@ -246,8 +253,12 @@ class Operator:
                 slowed = Slowed(left / reach, "the arm does not follow")
         return slowed
 
-    def _on_leash(self, arm: Dynamics, v: Array, a: Array) -> None:
+    def _on_leash(self, arm: Dynamics, here: Mobility, v: Array, a: Array) -> None:
         """Pull the reference to the end of the leash where it is beyond, and take what leads further out of v and a."""
+        ahead = np.concatenate([self._p - arm.p, log(self._R @ arm.R.T)])
+        far = _length(here.joint_speeds(ahead)) / self.leash.joints
+        if far > 1.0:
+            self._p, self._R = arm.p + ahead[:3] / far, exp(ahead[3:] / far) @ arm.R
         pulled = []
         for k, (ahead, _, most) in enumerate(self._ahead(arm, v)):
             far = _length(ahead)
