@@ -110,6 +110,38 @@ def test_one_stale_state_now_and_then_is_forgiven() -> None:
     assert not supervisor.tripped
 
 
+def noisy(step: int, stuck: int | None = None, size: float = 0.1) -> dict[str, Array]:
+    """Readings with noise of some size about the arm at rest; one joint may say the same as ever."""
+    rng = np.random.default_rng(step)
+    q, dq, tau = HOME + 1e-5 * rng.normal(size=6), 1e-4 * rng.normal(size=6), 5.0 + size * rng.normal(size=6)
+    for values, same in ((q, HOME), (dq, np.zeros(6)), (tau, np.full(6, 5.0))):
+        if stuck is not None:
+            values[stuck] = same[stuck]
+    return {"q": q, "dq": dq, "tau": tau}
+
+
+def test_joint_that_says_the_same_for_three_cycles_while_the_others_do_not_stops_the_arm() -> None:
+    supervisor = running(1)
+    for step in range(1, 4):
+        assert not supervisor.tripped
+        supervisor.filter(arm_at(T * step, **noisy(step, stuck=4)), arm_at(0.0).g)
+    assert cause_of(supervisor) == "joint 5 reports the same for 3 cycles"
+
+
+def test_joint_that_speaks_up_again_counts_from_the_beginning() -> None:
+    supervisor = running(1)
+    for step in range(1, 20):
+        supervisor.filter(arm_at(T * step, **noisy(step, stuck=4 if step % 3 else None)), arm_at(0.0).g)
+    assert not supervisor.tripped
+
+
+def test_sensors_without_noise_say_the_same_of_an_arm_at_rest() -> None:
+    supervisor = running(1)
+    for step in range(1, 20):
+        supervisor.filter(arm_at(T * step, **noisy(step, stuck=4, size=1e-4)), arm_at(0.0).g)
+    assert not supervisor.tripped
+
+
 @pytest.mark.parametrize("back", [0.11, 3600.0])
 def test_clock_that_goes_back_stops_the_arm_at_once_and_is_then_the_clock(back: float) -> None:
     supervisor = running()

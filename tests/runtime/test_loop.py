@@ -216,3 +216,49 @@ def test_gentle_motion_never_meets_the_supervisor(source: Source[JointReference]
         pass
     assert rig.supervisor.event is None
     assert rig.supervisor.clamped == 0
+
+
+class Breaking(NotingLaw):
+    """A law that raises in its third cycle."""
+
+    def torque(self, arm: Dynamics, reference: JointReference) -> Array:
+        if self.calls.count("law.torque") == 2:
+            raise ZeroDivisionError("a gain of nothing")
+        return super().torque(arm, reference)
+
+
+def test_law_that_raises_is_heard_once_what_holds_the_arm_has_been_sent() -> None:
+    calls: list[str] = []
+    robot = MockRobot(calls)
+    rig = rig_of(robot)
+    with pytest.raises(ZeroDivisionError, match="a gain of nothing"):
+        list(control(rig, NotingSource(calls), Breaking(calls)))
+    assert calls[-1] == "write"
+    assert rig.supervisor.tripped
+    assert np.isfinite(robot.sent[-1]).all()
+
+
+class Blinking(MockRobot):
+    """An arm whose second reading is none."""
+
+    def read(self) -> State:
+        state = super().read()
+        return (
+            State(t=state.t, q=np.full(6, np.nan), dq=state.dq, F=state.F) if self.calls.count("read") == 3 else state
+        )
+
+
+def test_law_that_breaks_on_a_broken_reading_leaves_the_arm_held_and_the_loop_going() -> None:
+    class Choosy(NotingLaw):
+        def torque(self, arm: Dynamics, reference: JointReference) -> Array:
+            if not np.isfinite(arm.q).all():
+                raise ValueError("this is no reading")
+            return super().torque(arm, reference)
+
+    calls: list[str] = []
+    robot = Blinking(calls)
+    rig = rig_of(robot)
+    samples = list(islice(control(rig, NotingSource(calls), Choosy(calls)), 6))
+    assert len(samples) == 6
+    assert rig.supervisor.tripped
+    assert np.isfinite(robot.sent).all()

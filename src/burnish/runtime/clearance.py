@@ -17,8 +17,9 @@ from burnish.core import Array, Dynamics
 from burnish.runtime.limits import Limits
 
 Point: TypeAlias = list[float]
-Gap: TypeAlias = tuple[float, int, int, float, float, tuple[float, float, float], float]
-"""The distance of two capsules, their numbers, and of their axes what `nearest` says."""
+Gap: TypeAlias = tuple[float, int, int, float, tuple[float, float, float], float]
+"""The distance of two capsules, their numbers, the share along the second one's axis, and of both axes what lies
+between their nearest points."""
 CLOSE = 1e-6
 """Way below which there is none [m]."""
 UNTURNED = np.eye(4)
@@ -38,7 +39,9 @@ class Clearance:
         self._slow = limits.self_slow
         self._carrier = limits.capsules[:, 0].astype(int).tolist()
         ends, radius = limits.capsules[:, 1:7].reshape(-1, 2, 3), limits.capsules[:, 7].tolist()
-        self._pairs = [(int(a), int(b), radius[int(a)] + radius[int(b)]) for a, b in limits.pairs.tolist()]
+        # Of each pair first what is nearer to the base.
+        pairs = [sorted(map(int, pair), key=lambda k: self._carrier[k]) for pair in limits.pairs.tolist()]
+        self._pairs = [(a, b, radius[a] + radius[b]) for a, b in pairs]
         # Of Rodrigues' formula; the cross product of a row of the unit matrix with an axis is a row of K.
         unit = limits.axes[:, :3] / np.linalg.norm(limits.axes[:, :3], axis=1, keepdims=True)
         K, foot = np.cross(np.eye(3), unit[:, None, :]), limits.axes[:, 3:]
@@ -85,17 +88,14 @@ class Clearance:
         if not self.at(arm) < self._near:
             return inf, 0.0
         first, way, speed = (False, -inf), inf, 0.0
-        for distance, a, b, share_a, share_b, (x, y, z), apart in self._gaps:
+        for distance, a, b, share, (x, y, z), apart in self._gaps:
             if not distance < self._near or apart == 0.0:
                 continue
-            beyond, before, share, size = a, b, share_a, apart
-            if self._carrier[a] < self._carrier[b]:
-                beyond, before, share, size = b, a, share_b, -apart
-            (x0, y0, z0), (x1, y1, z1) = self._placed[beyond]
+            (x0, y0, z0), (x1, y1, z1) = self._placed[b]
             px, py, pz = self._tip
             rx, ry, rz = x0 + share * (x1 - x0) - px, y0 + share * (y1 - y0) - py, z0 + share * (z1 - z0) - pz
-            x, y, z = x / size, y / size, z / size
-            moving = slice(self._carrier[before], self._carrier[beyond])
+            x, y, z = -x / apart, -y / apart, -z / apart
+            moving = slice(self._carrier[a], self._carrier[b])
             along = np.array((x, y, z, ry * z - rz * y, rz * x - rx * z, rx * y - ry * x))
             closes = -float(along.dot(arm.J[:, moving]).dot(dq[moving]))
             left = distance - self._slow
@@ -111,8 +111,8 @@ class Clearance:
         ends[-1][1] = tip
         self._placed, self._tip, self._gaps, least = ends, tip, [], inf
         for a, b, thick in self._pairs:
-            share_a, share_b, between, apart = nearest(*ends[a], *ends[b])
-            self._gaps.append((apart - thick, a, b, share_a, share_b, between, apart))
+            _, share, between, apart = nearest(*ends[a], *ends[b])
+            self._gaps.append((apart - thick, a, b, share, between, apart))
             if apart - thick < least:
                 least = apart - thick
         self._reach = self._reaches(dist(*ends[-1]))
