@@ -2,9 +2,10 @@
 
     python scripts/fuzz_inputs.py --count 100000 --seed 1
 
-Recordings, meshes, poses files, plans and robot descriptions are taken whole and damaged: bits flipped, pieces cut out,
-doubled, moved or replaced by what hurts readers (NaN, huge numbers, deep nesting, lengths that lie). Each has to be
-read, or refused with a `BurnishError`, within 2 s, and all of it within 1 GiB of memory.
+Recordings, meshes, limits, recipes, poses files, plans, journals, operators' sessions and robot descriptions are taken
+whole and damaged: bits flipped, pieces cut out, doubled, moved or replaced by what hurts readers (NaN, huge numbers,
+deep nesting, lengths that lie). Each has to be read, or refused with a `BurnishError`, within 2 s, and all of it within
+1 GiB of memory.
 """
 
 from __future__ import annotations
@@ -33,7 +34,12 @@ from burnish.core import Dynamics, Sample, ToolReference
 from burnish.errors import BurnishError
 from burnish.model.description import check_description
 from burnish.model.model import JACO2_URDF
+from burnish.paths.patterns import CrossHatch, Polyline
+from burnish.polish.journal import FORMAT
+from burnish.polish.journal import read as read_journal
 from burnish.polish.plan_file import read_plan
+from burnish.polish.recipe import Pass, Recipe
+from burnish.polish.recipe_file import as_toml, read_recipe
 from burnish.record.mcap_file import McapFile
 from burnish.record.mcap_scan import Content, messages, scan
 from burnish.record.messages import SCHEMAS
@@ -41,7 +47,9 @@ from burnish.record.poses_file import read_poses
 from burnish.record.recorder import TOPICS, Recorder
 from burnish.record.recording import Recording
 from burnish.record.recover import recover
+from burnish.runtime.limits import Limits
 from burnish.surface import Mould
+from burnish.teleop.scripted import HEAD, read_script
 
 LONGEST = 2.0
 """Time that one input may take [s]."""
@@ -191,6 +199,25 @@ def a_plan() -> bytes:
     return json.dumps({"strokes": [stroke]}).encode()
 
 
+def a_recipe() -> bytes:
+    """A recipe of two passes."""
+    drawn = Polyline(points=((0.0, 0.0), (0.02, 0.0), (0.02, 0.01)))
+    return as_toml(Recipe(force=8.0, grit="P400", passes=(Pass(pattern=CrossHatch()), Pass(pattern=drawn)))).encode()
+
+
+def a_journal() -> bytes:
+    """A job of one stroke that was stopped."""
+    first = {"format": FORMAT, "order": {"mould": "dome", "seed": "1"}, "course": {"passes": 1}, "mould_sha256": "0"}
+    mark = {"number": 1, "stroke": 1, "phase": "pass", "force": 9.8, "t": 3.0, "metres": 0.1, "joules": 0.3}
+    marks = [mark | {"s": 0.01 * k} for k in range(20)]
+    return "".join(json.dumps(line) + "\n" for line in [first, *marks]).encode()
+
+
+def a_session() -> bytes:
+    """A second of an operator."""
+    return "\n".join([HEAD, *(f"{0.01 * k},{0.01 * k},0,0,0,0,-0.5,01" for k in range(50)), ""]).encode()
+
+
 def read_recording(path: Path) -> None:
     """What `export` and `verify` do with a recording, and what `recover` does."""
     out = path.with_name("mended.mcap")
@@ -229,6 +256,10 @@ def readers(folder: Path) -> dict[str, tuple[list[bytes], str, Callable[[Path], 
         ),
         "3mf mesh": ([packed(a_model())], ".3mf", read_mould),
         "forged 3mf mesh": ([a_model()], ".3mf", read_mould),
+        "limits": ([Limits.jaco2().to_json().encode()], ".json", Limits.load),
+        "recipe": ([a_recipe()], ".toml", read_recipe),
+        "journal": ([a_journal()], ".jsonl", read_journal),
+        "operator's session": ([a_session()], ".csv", read_script),
         "poses": ([poses], ".txt", read_poses),
         "plan": ([a_plan()], ".json", read_plan),
         "description": ([JACO2_URDF.read_bytes()], ".urdf", check_description),
