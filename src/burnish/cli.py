@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import NoReturn
 
 from burnish.commands.campaign_options import add_campaign
+from burnish.commands.db_options import add_db
+from burnish.commands.gui_options import add_gui
 from burnish.commands.options import (
     add_connected,
     add_export,
@@ -36,6 +38,8 @@ VERBS = {
     "verify": ("run a simulated recording again and say whether it comes out the same, bit by bit", add_verify),
     "recover": ("mend a recording that was cut off or damaged: all its whole messages in a new file", add_recover),
     "export": ("write a recording as a table, one row a cycle, or its desired poses as text", add_export),
+    "gui": ("open the workshop in a browser: moulds, plans, jobs, demonstrations and runs, with the arm live", add_gui),
+    "db": ("look after the library of moulds, recipes, demonstrations and runs", add_db),
     "doctor": ("say what the real arm and operator devices need, what is missing, and the next step", add_connected),
     "devices": ("list the arms and operator devices that are connected, with their serial numbers", add_connected),
 }

@@ -107,7 +107,7 @@ class Guards:
             cause = cause or self._alive(arm) or self._tool(arm)
             self.calm = self.calm and self.hurry == 0.0 and self.distance >= self.limits.self_slow
         if self._broken == 0 and isfinite(arm.t):
-            self._t = arm.t if self._t - arm.t > BACK else max(arm.t, self._t)
+            self._t = arm.t if arm.t > self._t or self._t - arm.t > BACK else self._t
             self._q = arm.q.tolist()
         return cause
 
@@ -142,9 +142,10 @@ class Guards:
         That is two cycles, and then half of the time in which the rate clamp can undo what accelerates the joint. What
         did not come of the accelerations before is taken off: a law that makes up for friction speeds up no joint.
         """
-        free = sent - arm.h - arm.g
+        free = sent - arm.h
+        free -= arm.g
         if arm.F is not None:
-            free += arm.J.T.dot(arm.F)
+            free += arm.F.dot(arm.J)
         _, ddq, info = lapack.dposv(arm.M, free, lower=1)
         if info != 0:
             return Cause("the mass matrix of the model is not positive definite", fault=True)
@@ -173,10 +174,10 @@ class Guards:
         if not 0.0 < dt <= LONGEST:
             self._unseen = self._still
             return
-        share = dt / UNSEEN
+        share, rate = dt / UNSEEN, 1.0 / dt
         rows = zip(self._unseen, dq, dq_before, ddq_before, strict=True)
         self._unseen = [
-            unseen + share * (ddq_then - (now - then) / dt - unseen) for unseen, now, then, ddq_then in rows
+            unseen + share * (ddq_then - rate * (now - then) - unseen) for unseen, now, then, ddq_then in rows
         ]
 
     def _finite(self, arm: Dynamics) -> Cause | None:
