@@ -9,6 +9,7 @@ part is measured in its own file, finishing_PART.py, which also runs alone. All 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import time
 from pathlib import Path
@@ -42,10 +43,14 @@ def cells(row: dict[str, Any]) -> list[str]:
     return [row["part"], row["name"], said, str(row["goal"]), row["unit"], verdict, row["note"]]
 
 
-def markdown(rows: list[dict[str, Any]], about: dict[str, Any], form: str) -> str:
-    """The result as a page."""
+def markdown(parts: dict[str, Any]) -> str:
+    """The results as a page."""
+    rows = [{"part": name} | row for name, part in parts.items() for row in part["rows"]]
     missed = sum(not row["met"] for row in rows)
-    versions = ", ".join(f"{name} {value}" for name, value in about.items() if name not in ("date", "cores"))
+    made = [
+        (name, part["form"], part["machine"]["date"], f"{part['seconds']:.0f}", versions(part["machine"]))
+        for name, part in parts.items()
+    ]
     return "\n".join(
         [
             "# Finishing: goals and what was reached",
@@ -54,11 +59,17 @@ def markdown(rows: list[dict[str, Any]], about: dict[str, Any], form: str) -> st
             "",
             markdown_table(HEAD, [cells(row) for row in rows]),
             "",
-            f"{about['date']}, {about['cores']} cores, {versions}.",
-            f"Made by `python benchmarks/finishing.py{form}`.",
+            "Made by `python benchmarks/finishing.py`, which measures part by part:",
+            "",
+            markdown_table(["part", "form", "date", "took [s]", "with"], made),
             "",
         ]
     )
+
+
+def versions(about: dict[str, Any]) -> str:
+    """Cores and versions in words."""
+    return ", ".join(f"{name} {value}" for name, value in about.items() if name != "date")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -69,30 +80,32 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--out",
         type=Path,
+        default=RESULTS,
         metavar="FILE.json",
-        help="result, and the same as a page beside it in FILE.md (default: benchmarks/results/finishing.json for the "
-        "full form, else no file)",
+        help="results, and the same as a page beside them in FILE.md; parts that are not measured now stay as they are "
+        "(default: benchmarks/results/finishing.json)",
     )
     return options
 
 
 def main() -> int:
-    """Measure, print and write; 0 if all goals are met, 1 if not."""
+    """Measure, print, and write after each part; 0 if all goals are met, 1 if not."""
     options = parser().parse_args()
-    rows: list[dict[str, Any]] = []
-    for part in options.only or PARTS:
+    parts = json.loads(options.out.read_text(encoding="utf-8"))["parts"] if options.out.exists() else {}
+    measured: list[dict[str, Any]] = []
+    for name in options.only or PARTS:
         start = time.perf_counter()
-        rows += [{"part": part} | row for row in PARTS[part](options.short)]
-        print(f"{part}: {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
-    print(text_table(HEAD, [cells(row) for row in rows]))
-    complete = not options.short and not options.only
-    out = options.out or (RESULTS if complete else None)
-    if out is not None:
-        form = (" --short" if options.short else "") + "".join(f" --only {part}" for part in options.only or [])
-        about = machine()
-        write_json(out, {"machine": about, "rows": rows})
-        write_text(out.with_suffix(".md"), markdown(rows, about, form))
-    return int(not all(row["met"] for row in rows))
+        rows = PARTS[name](options.short)
+        seconds = time.perf_counter() - start
+        measured += [{"part": name} | row for row in rows]
+        form = "short" if options.short else "full"
+        parts[name] = {"form": form, "seconds": round(seconds), "machine": machine(), "rows": rows}
+        parts = {name: parts[name] for name in PARTS if name in parts}
+        write_json(options.out, {"parts": parts})
+        write_text(options.out.with_suffix(".md"), markdown(parts))
+        print(f"{name}: {seconds:.0f} s", file=sys.stderr, flush=True)
+    print(text_table(HEAD, [cells(row) for row in measured]))
+    return int(not all(row["met"] for row in measured))
 
 
 if __name__ == "__main__":
