@@ -2,10 +2,9 @@
 
 python benchmarks/finishing_removal.py [--short]
 
-The tool spins at 300 rad/s and leans by 15° along its path, as a pencil polisher is held, so the feed sets the depth.
-The short form plans only. The full one runs the plans on the honest arm as well: that arm holds its tool upright, so
-the lean is put on top of the true axis of the tool, and the spindle's drag is not in the contact. Preston's k is a
-placeholder; every percentage is free of it.
+The tool spins at 300 rad/s and leans by 15° across its lines, so the feed sets the depth. The short form plans only,
+the full one runs them on the honest arm as well, which holds the tool so, with the drag of its spindle in the contact.
+Preston's k is a placeholder; every percentage is free of it.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
+from burnish.commands.evaluate import rubbed
 from burnish.core import Array, Sample
-from burnish.finish.curvature import mean_curvature
 from burnish.finish.dwell import Dwell
 from burnish.finish.removal import Coverage, Removal, coverage, workable
 from burnish.finish.repair import repair
@@ -38,10 +37,11 @@ from burnish.paths.lead import with_leads
 from burnish.paths.patterns import Raster
 from burnish.paths.reach import Reach
 from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
 from burnish.polish.cell import READY, Placement, nominal_placement
 from burnish.polish.cellsim import WristFelt, simulated_job
 from burnish.polish.moves import Moves, five_touches, nearest_turn
-from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON
+from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON, Recipe
 from burnish.sim import arms
 from burnish.sim.truth import Truth
 from burnish.surface import DistanceGrid, Mould, WorkingSurface
@@ -51,15 +51,15 @@ FORCE, FEED = 10.0, 0.02
 RATE, LEAN = 300.0, float(np.deg2rad(15.0))
 LEAD = 10e-3
 """Over which the force rises and falls at the ends of a stroke [m]."""
-LOOK = 20
-"""Cycles to both sides over which the direction of a path is taken: 0.2 s."""
 MOULDS = ("plate", "dome", "wave", "mould")
 SEED = 1
-TOOL = PolishingTool()
+TOOL = PolishingTool(spindle=RATE)
+RECIPE = Recipe(force=FORCE, feed=FEED, tool=TOOL)
+TILT = Tilt(angle=LEAN, heading=0.5 * np.pi)
 LAW = Removal(coefficient=PRESTON, tip_radius=TOOL.tip_radius, modulus=TOOL.modulus)
 SPINDLE = Spindle(rate=RATE, tip_radius=TOOL.tip_radius)
 RADIUS = float(contact_radius(FORCE, TOOL.tip_radius, 0.0, TOOL.modulus))
-DWELL = Dwell(law=LAW, spindle=SPINDLE, lean=LEAN)
+DWELL = Dwell(law=LAW, spindle=SPINDLE)
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -87,7 +87,7 @@ class Bench:
         surface = WorkingSurface.of(mould, LAW.edge(FORCE))
         counted = workable(surface, inner)
         found = Raster().strokes(reach, mould, step=None, feed=FEED, force=FORCE)
-        strokes = [with_leads(stroke, LEAD) for stroke in found]
+        strokes = [replace(with_leads(stroke, LEAD), tilt=TILT) for stroke in found]
         step = recommended_step(FORCE, TOOL.tip_radius, 0.0, TOOL.modulus)
         recipe = PRESTON * FORCE * SPINDLE.speed(RADIUS, LEAN) / (FEED * step)
         target = max(recipe, DWELL.least(surface, strokes, counted))
@@ -123,28 +123,9 @@ class Bench:
 
     def removed(self, truth: Truth) -> Array:
         """Preston's depth of the true contact under the leaning spindle [m], (V,)."""
-        points, normals = np.asarray(truth.point), np.asarray(truth.normal)
-        on = np.isfinite(points[:, 0])
-        points, normals = points[on], normals[on]
-        along = direction(points, normals)
-        axes = np.cos(LEAN) * np.asarray(truth.axis)[on] - np.sin(LEAN) * along
-        rubbing = SPINDLE.rubbing(
-            contacts=points,
-            normals=normals,
-            force=truth.cycle_force()[on],
-            velocity=np.asarray(truth.slip)[on][:, None] * along,
-            axes=axes / np.linalg.norm(axes, axis=1, keepdims=True),
-            curvature=mean_curvature(self.surface, points, normals, 1.5 * RADIUS),
-        )
-        return LAW.depth_of(self.surface, rubbing, np.diff(np.concatenate([[0.0], truth.time]))[on])
-
-
-def direction(points: Array, normals: Array) -> Array:
-    """Unit tangents of a path that was sampled in time, (N, 3)."""
-    k = np.arange(len(points))
-    way = points[np.minimum(k + LOOK, len(k) - 1)] - points[np.maximum(k - LOOK, 0)]
-    way -= np.einsum("ij,ij->i", way, normals)[:, None] * normals
-    return np.asarray(way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9))
+        on = np.isfinite(np.asarray(truth.point)[:, 0])
+        dt = np.diff(np.concatenate([[0.0], truth.time]))[on]
+        return LAW.depth_of(self.surface, rubbed(truth, self.surface, RECIPE, TOOL), dt)
 
 
 def at_known(moves: Moves, known: Placement) -> Iterator[Sample]:

@@ -1,8 +1,23 @@
-"""How the tests are shared out among processes."""
+"""How the tests are shared out among processes, and where what they make is kept."""
 
 from __future__ import annotations
 
+import os
+import shutil
+import tempfile
+
 import pytest
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Runs enter what they make into the library: into one of the tests, not into that of whoever runs them."""
+    os.environ.pop("BURNISH_DATABASE", None)
+    os.environ["BURNISH_LIBRARY"] = tempfile.mkdtemp(prefix="burnish-library-")
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """It goes with the tests."""
+    shutil.rmtree(os.environ["BURNISH_LIBRARY"], ignore_errors=True)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

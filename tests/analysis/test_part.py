@@ -8,6 +8,7 @@ from pathlib import Path
 
 from burnish.analysis.part import PartReport, part_html, write_part
 from burnish.analysis.report import RunReport
+from burnish.finish.roughness import Roughness
 
 HOSTILE = "<script>alert('x')</script>\"&"
 METRICS = {"coverage_pct": 99.1, "overpolished_pct": 0.4, "removal_cv_pct": 9.0, "force_rms_N": 0.21}
@@ -43,6 +44,21 @@ def test_page_says_what_was_reached_and_with_what() -> None:
     text = shown(part_html(report()))
     for words in ("99.1", "at least 98 %", "abab", "c0ffee", "polished by", "Pass", "5.12", "simulated"):
         assert words.lower() in text.lower(), words
+
+
+def test_page_of_a_repair_says_so_and_what_was_there_before() -> None:
+    assert "repair" not in shown(part_html(report())).lower()
+    metrics = METRICS | {"coverage_before_pct": 31.9, "removal_cv_before_pct": 134.0}
+    text = shown(part_html(report(mends="runs/old", metrics=metrics)))
+    for words in ("after a repair", "before the repair", "31.9", "134"):
+        assert words in text, words
+
+
+def test_estimated_roughness_is_shown_with_its_interval_and_as_not_measured() -> None:
+    assert "oughness" not in shown(part_html(report()))
+    text = shown(part_html(report(roughness=Roughness(value=2.5e-7, low=1.1e-7, high=6.2e-7))))
+    for words in ("0.25", "0.11 to 0.62", "95 %", "was not measured"):
+        assert words in text, words
 
 
 def test_what_was_not_reached_is_said_in_words() -> None:

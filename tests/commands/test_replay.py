@@ -100,7 +100,7 @@ def test_an_interrupted_replay_is_at_rest_within_300_ms_and_comes_out_bit_exact(
 
 def test_one_key_a_cycle_later_is_found(taught: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one = short_replay(taught, tmp_path / "one.mcap", {10: Key.GO_ON}, interrupted_after=60)
-    script, after = script_of(Recording(one))
+    script, after, _ = script_of(Recording(one))
     assert script == {10: Key.GO_ON}
     assert after == 60
     replay = Replay(path=taught, place=PLACE, repeats=1, speed=1.0, open_loop=False, mould_at=STILL)

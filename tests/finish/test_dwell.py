@@ -13,7 +13,9 @@ from burnish.errors import PlanError
 from burnish.finish.dwell import Dwell, _bounded_least_squares
 from burnish.finish.removal import Removal, coverage
 from burnish.finish.rubbing import Spindle
+from burnish.paths.hertz import contact_radius
 from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
 from burnish.surface import Mould, WorkingSurface
 
 LAW = Removal(coefficient=1e-11, tip_radius=0.02, modulus=2e6)
@@ -60,6 +62,23 @@ def test_depth_that_rises_over_the_part_is_met() -> None:
     depth = DWELL.depth(SURFACE, DWELL.fitted(SURFACE, [PATH], wanted, JUDGED))
     off = (depth - wanted)[JUDGED] / LEVEL
     assert np.sqrt(np.mean(off**2)) < 0.06
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.5 * np.pi])
+def test_depth_is_that_of_the_tilt_of_the_stroke(heading: float) -> None:
+    tilt = Tilt(angle=0.25, heading=heading)
+    depth = DWELL.depth(SURFACE, [replace(PATH, tilt=tilt)])
+    radius = float(contact_radius(10.0, 0.02, 0.0, 2e6))
+    level = 1e-11 * 10.0 * DWELL.spindle.speed(radius, tilt.angle) / (0.02 * 2.5e-3)
+    assert coverage(depth, level, SURFACE.areas, JUDGED).mean == pytest.approx(level, rel=0.03)
+
+
+def test_leaning_tip_cuts_where_it_touches_not_where_its_apex_is() -> None:
+    line = snake(np.array([0.0]))
+    depth = DWELL.depth(SURFACE, [replace(line, tilt=Tilt(angle=0.25, heading=0.5 * np.pi))]) * SURFACE.areas
+    # By w ⟨ρ²⟩/u the faster side of the contact draws it to itself; the apex would be 5 mm beside the line.
+    u, w, a = 300.0 * 0.02 * np.sin(0.25), 300.0 * np.cos(0.25), float(contact_radius(10.0, 0.02, 0.0, 2e6))
+    assert abs(float(depth @ Y / depth.sum())) == pytest.approx(w * a**2 / 5.0 / u, rel=0.2)
 
 
 def test_feed_keeps_within_its_bounds() -> None:

@@ -10,7 +10,7 @@ from surface.shapes import box, mould
 from burnish.errors import InputError
 from burnish.finish.curvature import mean_curvature
 from burnish.finish.removal import Removal, coverage
-from burnish.finish.rubbing import MEAN_RING, Rubbing, Spindle, leaning
+from burnish.finish.rubbing import MEAN_RING, Rubbing, Spindle
 from burnish.rotation import exp
 from burnish.surface import Mould, WorkingSurface
 
@@ -123,18 +123,6 @@ def test_rates_times_duration_are_the_depth() -> None:
     )
     dt = np.linspace(0.1, 0.3, 31)
     np.testing.assert_allclose(law.rates(surface, rubbing) @ dt, law.depth_of(surface, rubbing, dt), atol=1e-15)
-
-
-def test_leaning_axes_have_their_angle_from_the_normal_along_the_path() -> None:
-    x = np.linspace(0.0, 0.1, 11)
-    points, normals = np.column_stack((x, 0 * x, 0 * x)), np.tile(UP, (11, 1))
-    np.testing.assert_allclose(leaning(points, normals, 0.2), np.tile([-np.sin(0.2), 0, -np.cos(0.2)], (11, 1)))
-
-
-def test_tool_that_stands_leans_as_when_it_goes_on() -> None:
-    points = np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 1e-3, 0], [0, 2e-3, 0]])
-    axes = leaning(points, np.tile(UP, (5, 1)), 0.2)
-    np.testing.assert_allclose(axes, np.tile([0.0, -np.sin(0.2), -np.cos(0.2)], (5, 1)), atol=1e-12)
 
 
 def test_mean_curvature_of_the_dome_is_that_of_its_sphere() -> None:

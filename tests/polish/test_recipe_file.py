@@ -20,6 +20,7 @@ from burnish.paths.tilt import Tilt
 from burnish.polish.plan_file import load_plan, read_plan, write_plan
 from burnish.polish.recipe import BOUNDS, FEED, FORCE, TOOL, Bounds, Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS, as_tables, as_toml, from_tables, read_recipe, write_recipe
+from burnish.polish.wanted import Even, Smoothing
 from burnish.surface import Mould
 
 FULL = Recipe(
@@ -34,8 +35,10 @@ FULL = Recipe(
         Pass(pattern=Contour()),
         Pass(pattern=Geodesic()),
     ),
-    tool=PolishingTool(tip_radius=0.0151, friction=1.0 / 3.0),
+    tool=PolishingTool(tip_radius=0.0151, friction=1.0 / 3.0, spindle=-1000.0 / 3.0),
     limits=Bounds(joint_margin=0.3, least_feed=1.0 / 3.0),
+    even=Even(depth=1e-6 / 3.0, slowest=0.004, fastest=0.031),
+    roughness=Smoothing(before=1.1e-6, asymptote=1e-7 / 3.0, depth=2e-6, preston_factor=1.7),
 )
 
 
@@ -110,6 +113,16 @@ def test_empty_file_is_the_default_recipe(tmp_path: Path) -> None:
         ("tool = 3", "tool is no table"),
         ("grit = 3", "is no plain text"),
         ("grit = 2026-01-01", "is no plain text"),
+        ("[tool]\nspindle_rpm = 3000\nspindle_rad_s = 300", "both state the spindle's speed; expected one of them"),
+        ("[tool]\nspindle_rpm = 1e6", "tool: spindle_rpm 1e+06 rpm is out of range"),
+        ("[tool]\nspindle_rad_s = 1e4", "tool: spindle_rad_s 10000 rad/s is out of range"),
+        ("[tool]\nspindle = 300", "did you mean 'spindle_rpm'"),
+        ("[even]\ndepth = 1e-6", "a tool that does not spin removes by distance"),
+        ("[even]\nslowest = 0.01", "even does not state depth"),
+        ("even = 3", "even is no table"),
+        ("[tool]\nspindle_rpm = 3000\n[even]\ndepth = 1.0", "even: depth 1 m is out of range"),
+        ("[even]\ndepth = 1e-6\nslowest = 0.05\nfastest = 0.04", "slowest 0.05 m/s is not less than fastest"),
+        ("[roughness]\nbefore = 1e-6", "roughness does not state asymptote, depth"),
         ("force = ", "is no recipe"),
         ("a = " + "[" * 3000, "is no recipe"),
     ],
@@ -121,6 +134,21 @@ def test_recipe_that_cannot_be_used_is_refused_in_one_line(text: str, said: str,
         read_recipe(path)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_spindle_may_be_stated_in_turns_a_minute(tmp_path: Path) -> None:
+    path = tmp_path / "recipe.toml"
+    path.write_text("[tool]\nspindle_rpm = -3000")
+    assert read_recipe(path).tool.spindle == pytest.approx(-2.0 * np.pi * 50.0)
+    line = next(line for line in as_toml(read_recipe(path)).splitlines() if line.startswith("spindle"))
+    assert line.startswith("spindle_rad_s = -314.15")
+    assert line.endswith("-3000 rpm")
+
+
+def test_recipe_that_says_nothing_of_it_names_no_spindle_depth_or_roughness() -> None:
+    text = as_toml(Recipe())
+    for word in ("spindle", "even", "roughness"):
+        assert word not in text
 
 
 def test_recipe_that_is_too_large_or_missing_is_refused(tmp_path: Path) -> None:

@@ -29,6 +29,8 @@ GLOSSARY: dict[str, Meaning] = {
     "overpolished_pct": Meaning("Over-polished", "%", "Share of the area that lost more than 1.5 times the target."),
     "removal_cv_pct": Meaning("Removal, variation", "%", "Standard deviation of the removal over its mean."),
     "removal_mean_um": Meaning("Removal, mean", "µm", "Mean depth that was taken off the evaluated area."),
+    "coverage_before_pct": Meaning("Coverage before the repair", "%", "The coverage that the repaired job had left."),
+    "removal_cv_before_pct": Meaning("Removal, variation before", "%", "The variation that the repaired job had left."),
     "path_length_m": Meaning("Path length", "m", "Length of the tool path on the surface."),
     "duration_s": Meaning("Duration", "s", "Time on the clock of the arm, from start to end."),
     "realtime_factor": Meaning("Real-time factor", "", "Time on the clock of the arm over the time it took."),

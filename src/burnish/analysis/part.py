@@ -20,6 +20,7 @@ from burnish.analysis.page import page, pairs, picture, section, table
 from burnish.analysis.plot import png_data
 from burnish.analysis.report import SIMULATED, RunReport
 from burnish.analysis.scene import Scene
+from burnish.finish.roughness import Roughness
 
 COVERED, OVER, SPREAD, HELD = 98.0, 3.0, 12.0, 0.5
 """Coverage at least [%], over-polished at most [%], removal's spread at most [%], force error at most [N RMS]."""
@@ -51,6 +52,10 @@ class PartReport:
     """Wanted removal [µm]."""
     run: RunReport
     """The run: its pictures and whether it was simulated."""
+    roughness: Roughness | None = None
+    """What the grit is believed to have left; None where nothing is known of it."""
+    mends: str = ""
+    """Folder of the job that this one repaired; empty for one of its own."""
 
 
 def write_part(report: PartReport, path: Path) -> None:
@@ -65,7 +70,7 @@ def write_part(report: PartReport, path: Path) -> None:
 def part_html(report: PartReport) -> str:
     """The page as text."""
     return page(
-        f"Part report – {report.part}",
+        f"{_kind(report)} – {report.part}",
         (
             f"<style>{PRINT}</style>",
             _head(report),
@@ -82,12 +87,17 @@ def part_html(report: PartReport) -> str:
     )
 
 
+def _kind(report: PartReport) -> str:
+    """What the page is of."""
+    return "Part report, after a repair" if report.mends else "Part report"
+
+
 def _head(report: PartReport) -> str:
     done = report.outcome == "done"
     verdict = escape(report.outcome[:1].upper() + report.outcome[1:])
     note = f'<p class="note">{SIMULATED}</p>' if report.run.simulated else ""
     return (
-        f'<header><h1>Part report: {escape(report.part)}</h1><span class="verdict {"done" if done else "stopped"}">'
+        f'<header><h1>{_kind(report)}: {escape(report.part)}</h1><span class="verdict {"done" if done else "stopped"}">'
         f"{verdict}</span>{note}</header>"
     )
 
@@ -117,6 +127,17 @@ def _reached(report: PartReport) -> str:
     mean = report.metrics.get("removal_mean_um")
     if isinstance(mean, int | float):
         rows.append(("Removed on the mean", figure(float(mean)), "µm", f"{figure(report.target_um)} µm wanted", ""))
+    for name, label in (
+        ("coverage_before_pct", "Polished before the repair"),
+        ("removal_cv_before_pct", "Spread before"),
+    ):
+        if isinstance(value := report.metrics.get(name), int | float):
+            rows.append((label, figure(float(value)), "%", "", ""))
+    if report.roughness is not None:
+        low, value, high = (1e6 * x for x in (report.roughness.low, report.roughness.value, report.roughness.high))
+        rows.append(
+            ("Roughness Ra, estimated", figure(value), "µm", f"{figure(low)} to {figure(high)} µm with 95 %", "")
+        )
     return table(("what", "found", "unit", "wanted", "met"), rows, numeric=1)
 
 
@@ -138,6 +159,8 @@ def _missed(report: PartReport) -> str:
         said.append("The tool did not polish long enough for any figure.")
     said.append("The edge band of the part, and what the tip does not reach, are not part of these figures.")
     said.append("Depths follow from an assumed Preston coefficient; percentages do not depend on it.")
+    if report.roughness is not None:
+        said.append("The roughness was not measured: it is estimated from the depth, with the constants of the recipe.")
     return _sentences(said)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from burnish.core import Array, State
 from burnish.model.model import Model
+from burnish.model.tool import PolishingTool
 from burnish.runtime.limits import Limits
 from burnish.trajectory import TimedPath
 
@@ -31,12 +32,12 @@ class Demand:
 
 
 def demand(
-    model: Model, path: TimedPath, nodes: NDArray[np.int64], q: Array, *, limits: Limits, friction: float
+    model: Model, path: TimedPath, nodes: NDArray[np.int64], q: Array, *, limits: Limits, tool: PolishingTool
 ) -> Demand:
     """The joints' speed and torque with the tool pressed on and rubbing.
 
-    ``q̇ = J⁺ v``, ``q̈ = J⁺ (a − J̇ q̇)``, ``τ = M q̈ + h + g − Jᵀ F`` with F = f (n − μ v/|v|) on the tool. Joint
-    friction is not in it. J⁺, M, h, g and J̇ q̇ are interpolated between poses that are a few millimetres apart, over
+    ``q̇ = J⁺ v``, ``q̈ = J⁺ (a − J̇ q̇)``, ``τ = M q̈ + h + g − Jᵀ F`` with F = f (n − μ v/|v|) on the tool, or with the
+    drag of a tip that a spindle turns; its moment, a few N·mm, and joint friction are not in it. J⁺, M, h, g and J̇ q̇ are interpolated between poses that are a few millimetres apart, over
     which they change by about one per cent; twist and force are those of each node.
 
     Args:
@@ -45,7 +46,7 @@ def demand(
         nodes: nodes at which the joint positions are known, from the first to the last, (K,).
         q: the joint positions there [rad], (K, n).
         limits: torque limits of the supervisor, which may be lower than the arm's.
-        friction: Coulomb friction of the tool on the mould.
+        tool: the friction of its tip on the mould, and its spindle.
     """
     inverse = np.linalg.pinv(np.array([model.kinematics(joints)[2] for joints in q]))
     speeds = _times(inverse, path.v[nodes])
@@ -64,14 +65,22 @@ def demand(
     J_inv = at(inverse)
     dq = _times(J_inv, v)
     ddq = _times(J_inv, path.a[fine] - at([arm.dJdq for arm in arms]))
-    way = v[:, :3] / np.maximum(np.linalg.norm(v[:, :3], axis=1, keepdims=True), 1e-6)
-    F = path.force[fine, None] * (path.normal[fine] - friction * way)
+    F = path.force[fine, None] * path.normal[fine] + _drag(path, fine, tool)
     own = _times(at([arm.M for arm in arms]), ddq) + at([arm.h for arm in arms])
     more = own - _times(np.swapaxes(J[:, :3], 1, 2), F)
     whole = more + at([arm.g for arm in arms])
     strongest = np.minimum(model.effort_limit, limits.torque)
     torque = np.maximum(np.abs(whole) / strongest, np.abs(more) / limits.deviation)
     return Demand(nodes=fine, speed=np.abs(dq) / model.velocity_limit, torque=torque)
+
+
+def _drag(path: TimedPath, nodes: NDArray[np.int64], tool: PolishingTool) -> Array:
+    """Force of the mould along its surface on the tip at these nodes [N], (N, 3)."""
+    v, force = path.v[nodes, :3], path.force[nodes]
+    if tool.spinning is None:
+        return np.asarray(-tool.friction * force[:, None] * v / np.maximum(np.linalg.norm(v, axis=1), 1e-6)[:, None])
+    rows = zip(force.tolist(), path.normal[nodes].tolist(), path.R[nodes, :, 2].tolist(), v.tolist(), strict=True)
+    return np.array([tool.spinning.drag(*row)[0] for row in rows])
 
 
 def _times(matrices: Array, vectors: Array) -> Array:

@@ -61,7 +61,14 @@ class _Timed:
     demand: Demand
 
 
-def check(place: Workplace, strokes: Sequence[Stroke], recipe: Recipe, *, made_for: str | None = None) -> CheckedPlan:
+def check(
+    place: Workplace,
+    strokes: Sequence[Stroke],
+    recipe: Recipe,
+    *,
+    made_for: str | None = None,
+    touched: Sequence[Stroke] = (),
+) -> CheckedPlan:
     """Refuse a plan that cannot be done, or lower its feed where that is enough; nothing moves.
 
     The way is that of `Job`: from home to the touches, over every stroke, and back. It is followed pose by pose, each
@@ -72,6 +79,7 @@ def check(place: Workplace, strokes: Sequence[Stroke], recipe: Recipe, *, made_f
         strokes: mould frame.
         recipe: its tool, and its limits.
         made_for: fingerprint of the mould that the plan names, if it names one.
+        touched: strokes along which the mould is touched to find it, where those are others.
 
     Raises:
         PlanError: names the stroke, the place, the reason and the remedy.
@@ -80,7 +88,8 @@ def check(place: Workplace, strokes: Sequence[Stroke], recipe: Recipe, *, made_f
     check_on_mould(strokes, place.mould, place.grid, tip_radius=tool.tip_radius, made_for=made_for)
     slow = [_turned(bounds, number, stroke) for number, stroke in enumerate(strokes)]
     paths = [timed(stroke, place.placement, place.upright, tool.tip_radius) for stroke in slow]
-    legs = route(strokes, paths, placement=place.placement, upright=place.upright, uncertainty=place.uncertainty)
+    found_by = touched or strokes
+    legs = route(found_by, paths, placement=place.placement, upright=place.upright, uncertainty=place.uncertainty)
     ways = followed(place, list(legs))
     margin = joint_margin(place, ways, bounds.joint_margin)
     singular = singularity(place, ways, bounds.singularity)
@@ -134,10 +143,10 @@ def _scaled(
     Raises:
         PlanError: that is too little of the feed that was asked for.
     """
-    bounds, friction = recipe.limits, recipe.tool.friction
+    bounds, tool = recipe.limits, recipe.tool
     nodes, q = sparse(path), way.q
     for _ in range(ROUNDS):
-        found = demand(place.model, path, nodes, q, limits=place.limits, friction=friction)
+        found = demand(place.model, path, nodes, q, limits=place.limits, tool=tool)
         share = found.speed.max(axis=1)
         _check_feed(bounds, number, asked, stroke, found)
         if share.max() <= bounds.joint_speed:

@@ -61,8 +61,8 @@ def route(
     The way between home and the first and last of these poses is one in joint space.
 
     Args:
-        strokes: what is worked, mould frame, at least one.
-        paths: the same in time, base frame.
+        strokes: along which the mould is touched to find it, mould frame, at least one.
+        paths: what is worked, in time, base frame.
         placement: where the mould is meant to stand.
         upright: rotation about which the tool turns least, base ← tool, (3, 3).
         uncertainty: how far the surface may lie from its nominal place before it is found [m].

@@ -13,6 +13,7 @@ from burnish.campaign.parallel import run_all
 from burnish.campaign.report import campaign_html, episode_html, markdown, plot_log
 from burnish.campaign.results import Settings, Store, run_episode, save_log
 from burnish.campaign.summary import summary, wrong
+from burnish.commands.entered import entered
 from burnish.commands.options import output_folder, relative
 from burnish.commands.progress import Progress
 from burnish.errors import InputError
@@ -48,10 +49,12 @@ def run(options: argparse.Namespace) -> int:
         found = summary(chosen, settings)
         plots = {} if interrupted else _worst(options, found, folder)
         command = f"burnish campaign --episodes {options.episodes} --seed {options.seed}"
-        write_atomically(folder / "campaign.json", (json.dumps(found, indent=1, allow_nan=False) + "\n").encode())
+        told = json.dumps(found | {"interrupted": interrupted}, indent=1, allow_nan=False)
+        write_atomically(folder / "campaign.json", (told + "\n").encode())
         write_atomically(folder / "campaign.md", markdown(found, command + " --nominal" * options.nominal).encode())
         html = campaign_html(found, plots, interrupted=interrupted)
         write_atomically(folder / "report.html", html.encode())
+    entered(folder)
     _say(found, folder, interrupted=interrupted)
     if interrupted:
         return INTERRUPTED

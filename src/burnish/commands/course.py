@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import hypot, inf
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,15 @@ import numpy as np
 
 from burnish.core import Sample
 from burnish.errors import InputError, RecordingError
+from burnish.paths.stroke import Stroke
 from burnish.polish.cell import Placement
 from burnish.polish.cellsim import plan_strokes
+from burnish.polish.depth import Ground
+from burnish.polish.even import evened
 from burnish.polish.journal import NAME, Mark, read
 from burnish.polish.moves import Moves, five_touches
 from burnish.polish.passes import Leg, after, legs_of, without
+from burnish.polish.plan_file import read_plan
 from burnish.polish.planned import planned
 from burnish.polish.recipe import MOST_PASSES, Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS, as_tables, from_tables, read_recipe
@@ -28,6 +32,8 @@ from burnish.surface import DistanceGrid, Mould
 
 BESIDE = 30e-3
 """Room of the distance grid around a mould that is looked for [m]: a tip and a half."""
+PLAN = "plan.json"
+"""Strokes of a repair, in its folder."""
 LEARNT = 0.5
 """Share of the measured height that a job of several passes takes over from pass to pass."""
 
@@ -52,6 +58,10 @@ class Course:
     """Where an earlier run of the job ended; None begins at the beginning."""
     runs: int = 0
     """Number of the earlier runs."""
+    mends: str = ""
+    """Folder of the job that this one repairs; empty for one of its own."""
+    strokes: tuple[Stroke, ...] = field(default=(), compare=False)
+    """Of a repair: what is worked, in place of what the recipe plans."""
 
     def __post_init__(self) -> None:
         most = max(1, MOST_PASSES // max(1, len(self.recipe.passes)))
@@ -116,9 +126,21 @@ class Course:
             PlanError: nothing of the mould is left to work.
             InputError: a stroke to skip is not there.
         """
+        if self.mends:
+            return without(legs_of([self.strokes]), self.skipped)
         recipe = self.recipe
         passes = planned(recipe, mould, grid) if recipe.passes else [plan_strokes(mould, grid, recipe, recipe.tool)]
+        if recipe.even is not None:
+            passes = evened(recipe, Ground.of(mould, grid, recipe), passes)
         return without(legs_of(passes * self.repeats), self.skipped)
+
+    def touched(self, legs: list[Leg], mould: Mould, grid: DistanceGrid) -> list[Stroke]:
+        """The strokes along which the mould is touched to find it: those of the whole job."""
+        if self.mends:
+            # The feed, which takes long to fit, does not matter for that.
+            whole = replace(self, mends="", skipped=frozenset(), repeats=1, recipe=replace(self.recipe, even=None))
+            legs = whole.legs(mould, grid)
+        return [leg.path for leg in legs]
 
     def left(self, legs: list[Leg]) -> list[Leg]:
         """What an earlier run left of them; nothing when all was done."""
@@ -134,7 +156,7 @@ class Course:
             "search": self.search,
             "stands": list(self.stands),
             "abrasive_life_m": self.most_metres if self.most_metres < inf else None,
-        }
+        } | ({"mends": self.mends} if self.mends else {})
 
     def as_metadata(self) -> dict[str, str]:
         """For a recording; nothing for a plain one."""
@@ -158,11 +180,23 @@ class Earlier:
     """Whether it stopped for a new abrasive."""
 
 
-def earlier(folder: Path) -> Earlier:
+def unfinished(folder: Path) -> Earlier:
     """The job of a folder, ready to go on.
 
     Raises:
         RecordingError: there is no journal that can be read, or the job is done.
+    """
+    job = earlier(folder)
+    if job.course.since is not None and job.course.since.phase == "done":
+        raise RecordingError(f"the job of {folder} is done; there is nothing to go on with")
+    return job
+
+
+def earlier(folder: Path) -> Earlier:
+    """The job of a folder, done or not.
+
+    Raises:
+        RecordingError: there is no journal that can be read; or it is a repair whose plan is not there.
     """
     path = folder / NAME
     about, marks = read(path)
@@ -179,11 +213,11 @@ def earlier(folder: Path) -> Earlier:
             most_metres=inf if metres is None else float(metres),
             since=last,
             runs=1 + sum(mark.phase in ENDS for mark in marks[:-1]),
+            mends=str(told.get("mends", "")),
+            strokes=tuple(read_plan(folder / PLAN)) if "mends" in told else (),
         )
     except (IndexError, KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"the first line of {path} does not describe a job ({error}); start it anew") from None
-    if last is not None and last.phase == "done":
-        raise RecordingError(f"the job of {folder} is done; there is nothing to go on with")
     return Earlier(order=order, course=course, mould_sha256=mould, changed=last is not None and last.phase == "change")
 
 

@@ -12,19 +12,21 @@ from burnish.analysis.metrics import PassSeries, Scalar, pass_metrics, tilt_erro
 from burnish.analysis.mould_map import RemovalField
 from burnish.analysis.plot import RunSeries
 from burnish.core import Array, Sample, ToolReference
-from burnish.finish.removal import Coverage, Removal, coverage, workable
+from burnish.finish.removal import Coverage
+from burnish.finish.rubbing import Rubbing
 from burnish.model.tool import PolishingTool
-from burnish.paths.hertz import recommended_step
-from burnish.paths.reach import STEEPEST, Reach
+from burnish.polish.depth import Ground, curvature, law_of, spindle_of, target
 from burnish.polish.process import SETTLE
-from burnish.polish.recipe import EDGE_BAND, PRESTON, Recipe
+from burnish.polish.recipe import Recipe
 from burnish.sim.truth import Truth
-from burnish.surface import Border, DistanceGrid, Mould, WorkingSurface
+from burnish.surface import DistanceGrid, Mould, WorkingSurface
 
 AFTER_TOUCH = 0.05
 """Time after the first touch in which its peak may still come [s]: the lift, or the force ramp, has hardly begun."""
 FIRST_SECOND = 1.0
 """Start of each later stroke that is not judged [s], as the first second of the first one is not."""
+LOOK = 20
+"""Cycles to both sides over which the direction of a path is taken: 0.2 s at 100 Hz."""
 
 NOWHERE = [np.nan, np.nan, np.nan]
 """A direction where there is none."""
@@ -177,30 +179,49 @@ def _removal(
     truth: Truth, mould: Mould, grid: DistanceGrid, recipe: Recipe, tool: PolishingTool
 ) -> tuple[RemovalField, Coverage]:
     """Preston's depth at every vertex, from the true contact of every cycle, and what it covers."""
-    law = Removal(coefficient=PRESTON, tip_radius=tool.tip_radius, modulus=tool.modulus)
-    surface = WorkingSurface.of(mould, law.edge(recipe.force))
-    points, normals = np.asarray(truth.point), np.asarray(truth.normal)
-    touching = np.isfinite(points[:, 0])
-    depth = law.depth(
-        surface,
-        contacts=points[touching],
-        normals=normals[touching],
-        force=truth.cycle_force()[touching],
-        speed=np.asarray(truth.slip)[touching],
-        dt=np.diff(np.concatenate([[0.0], truth.time]))[touching],
+    ground = Ground.of(mould, grid, recipe)
+    surface = ground.surface
+    touching = np.isfinite(np.asarray(truth.point)[:, 0])
+    dt = np.diff(np.concatenate([[0.0], truth.time]))[touching]
+    depth = law_of(recipe).depth_of(surface, rubbed(truth, surface, recipe, tool), dt)
+    wanted = target(recipe)
+    field_ = RemovalField(
+        vertices=surface.vertices, faces=surface.faces, removal=depth, evaluated=ground.counted, target=wanted
     )
-    reach = Reach(
-        grid=grid,
-        border=Border.of(mould, STEEPEST),
-        tip_radius=tool.tip_radius,
-        margin=EDGE_BAND,
-        max_slope=STEEPEST,
+    return field_, ground.judged(depth, wanted)
+
+
+def rubbed(truth: Truth, surface: WorkingSurface, recipe: Recipe, tool: PolishingTool) -> Rubbing:
+    """What the abrasive did at every cycle in contact, with the spindle at the tool's true axis.
+
+    The size of a contact is that of Hertz's law on the surface as it is there, not on a flat: on a crest as round as
+    the tip it is a fifth smaller. By the distance of a path that changes no mean depth, only where it goes; a spindle
+    upright rubs in proportion to the size.
+    """
+    touching = np.isfinite(np.asarray(truth.point)[:, 0])
+    points, normals, axes = (np.asarray(rows)[touching] for rows in (truth.point, truth.normal, truth.axis))
+    slip, force = np.asarray(truth.slip)[touching], truth.cycle_force()[touching]
+    round_ = curvature(recipe, surface, points, normals)
+    if tool.spindle == 0.0:
+        # Without spin only the size of a velocity counts.
+        velocity = np.multiply.outer(slip, [1.0, 0.0, 0.0])
+        return Rubbing.of(contacts=points, normals=normals, force=force, velocity=velocity, curvature=round_)
+    return spindle_of(tool).rubbing(
+        contacts=points,
+        normals=normals,
+        force=force,
+        velocity=slip[:, None] * along(points, normals),
+        axes=axes,
+        curvature=round_,
     )
-    mask: NDArray[np.bool_] = workable(surface, reach)
-    # Preston over parallel tracks, rubbing at the speed of the feed: h = k F v/(feed step) with v = feed.
-    target = PRESTON * recipe.force / recommended_step(recipe.force, tool.tip_radius, 0.0, tool.modulus)
-    field_ = RemovalField(vertices=surface.vertices, faces=surface.faces, removal=depth, evaluated=mask, target=target)
-    return field_, coverage(depth, target, surface.areas, mask)
+
+
+def along(points: Array, normals: Array) -> Array:
+    """Unit tangents of a path that was sampled in time, over `LOOK` samples to both sides, (N, 3)."""
+    k = np.arange(len(points))
+    way = points[np.minimum(k + LOOK, len(k) - 1)] - points[np.maximum(k - LOOK, 0)]
+    way -= np.einsum("ij,ij->i", way, normals)[:, None] * normals
+    return np.asarray(way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9))
 
 
 def _filled(values: Array) -> Array:

@@ -16,14 +16,13 @@ from burnish.commands.work import Work
 from burnish.core import Array
 from burnish.errors import RecordingError
 from burnish.finish.removal import coverage
-from burnish.paths.hertz import recommended_step
-from burnish.paths.patterns import CrossHatch
 from burnish.polish.process import SETTLE, Job
-from burnish.polish.recipe import Recipe
 from burnish.surface import Mould, WorkingSurface
 
 REMOVED = "removed.npz"
 """What all runs of a job took off so far, in its folder."""
+BEFORE = "before.npz"
+"""What was taken off before a repair, in its folder."""
 
 
 def judged(work: Work, folder: Path) -> Evaluation:
@@ -32,16 +31,16 @@ def judged(work: Work, folder: Path) -> Evaluation:
     Raises:
         RecordingError: what was kept cannot be read.
     """
-    recipe = work.course.recipe
     result = evaluate(
-        work.log, work.robot.truth, work.mould, work.grid, work.order.recipe, work.tool, work.job.placement.R
+        work.log, work.robot.truth, work.mould, work.grid, work.course.recipe, work.tool, work.job.placement.R
     )
-    depth = result.removal.removal + _before(folder / REMOVED, result.removal.removal, work)
-    with open(folder / REMOVED, "wb") as file:
-        np.savez(file, depth=depth, mould_sha256=np.array(work.mould.sha256))
+    depth = result.removal.removal
+    if work.course.runs or work.course.mends:
+        depth = depth + removed(folder, work.mould, len(depth), REMOVED)
+    keep(folder, depth, work.mould, REMOVED)
     if work.course.plain and not work.course.runs:
         return result
-    target = result.removal.target * _wanted(recipe, work.tool.tip_radius, work.tool.modulus) * work.course.repeats
+    target = result.removal.target * work.course.repeats
     removal = replace(result.removal, removal=depth, target=target)
     surface = WorkingSurface(vertices=removal.vertices, faces=removal.faces)
     found = coverage(depth, target, surface.areas, removal.evaluated)
@@ -51,6 +50,9 @@ def judged(work: Work, folder: Path) -> Evaluation:
         "removal_cv_pct": found.cv_pct,
         "removal_mean_um": 1e6 * found.mean,
     }
+    if work.course.mends:
+        before = coverage(removed(folder, work.mould, len(depth), BEFORE), target, surface.areas, removal.evaluated)
+        metrics |= {"coverage_before_pct": before.covered_pct, "removal_cv_before_pct": before.cv_pct}
     errors = _errors(work, result)
     if len(errors):
         # Passes may have forces of their own, so the error is taken sample by sample.
@@ -93,10 +95,19 @@ def same_mould(mould: Mould, before: Earlier, folder: Path) -> None:
         )
 
 
-def _before(path: Path, now: Array, work: Work) -> Array:
-    """What earlier runs took off [m], (V,)."""
-    if not work.course.runs:
-        return np.zeros_like(now)
+def keep(folder: Path, depth: Array, mould: Mould, name: str) -> None:
+    """Write what was taken off so far [m], (V,), into a file in the folder of a job."""
+    with open(folder / name, "wb") as file:
+        np.savez(file, depth=depth, mould_sha256=np.array(mould.sha256))
+
+
+def removed(folder: Path, mould: Mould, count: int, name: str) -> Array:
+    """What the runs of a job took off [m], (count,), as it was kept in its folder.
+
+    Raises:
+        RecordingError: it cannot be read, or is of another mould or recipe.
+    """
+    path = folder / name
     try:
         with np.load(path, allow_pickle=False) as kept:
             depth, sha256 = np.asarray(kept["depth"], dtype=np.float64), str(kept["mould_sha256"])
@@ -104,24 +115,9 @@ def _before(path: Path, now: Array, work: Work) -> Array:
         raise RecordingError(
             f"{path} cannot be read ({error}): what earlier runs took off is not known, so the surface cannot be judged"
         ) from error
-    if sha256 != work.mould.sha256 or depth.shape != now.shape or not np.isfinite(depth).all():
-        raise RecordingError(f"{path} is not of this job; expected {len(now)} depths on the mould {work.mould.name}")
+    if sha256 != mould.sha256 or depth.shape != (count,) or not np.isfinite(depth).all():
+        raise RecordingError(f"{path} is not of this job; expected {count} depths on the mould {mould.name}")
     return depth
-
-
-def _wanted(recipe: Recipe, tip_radius: float, modulus: float) -> float:
-    """Removal that the passes of a recipe want, by that of one raster with its force and the recommended step."""
-    if not recipe.passes:
-        return 1.0
-
-    def depth(force: float, step: float | None) -> float:
-        return force / (recommended_step(force, tip_radius, 0.0, modulus) if step is None else step)
-
-    total = 0.0
-    for one in recipe.passes:
-        times = 2.0 if isinstance(one.pattern, CrossHatch) else 1.0
-        total += times * depth(recipe.of_pass(one).force, one.step)
-    return total / depth(recipe.force, None)
 
 
 def _done(job: Job, k: int) -> float:

@@ -36,12 +36,32 @@ def add_polish(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=0, metavar="K", help="seed of all random errors (default: 0)")
     parser.add_argument("--out", metavar="DIR", help="folder for the results (default: a new one under runs/)")
+    add_live(parser)
+    parser.add_argument(
+        "--pace",
+        type=float,
+        default=0.0,
+        metavar="X",
+        help="times real time, 0.1 to 100; 0 is as fast as it can (default: 0)",
+    )
     _add_course(parser)
+
+
+def add_live(parser: argparse.ArgumentParser) -> None:
+    """Whether a job is watched and commanded from outside."""
+    parser.add_argument(
+        "--live",
+        metavar="FILE",
+        help="shown and commanded through this file, which 'burnish gui' makes; the arm is held where the commander's "
+        "beats end (default: none, Ctrl-C ends it)",
+    )
 
 
 def _add_course(parser: argparse.ArgumentParser) -> None:
     """How a job is run."""
-    parser.add_argument("--recipe", metavar="FILE.toml", help="tool, passes, force, feed and limits (default: none)")
+    parser.add_argument(
+        "--recipe", metavar="FILE.toml", help="tool, spindle, passes, force, feed, depth and limits (default: none)"
+    )
     parser.add_argument("--pattern", choices=PATTERNS, help="how the mould is covered (default: parallel lines)")
     parser.add_argument("--passes", type=int, default=1, metavar="N", help="how often it is done, 1 to 20 (default: 1)")
     parser.add_argument(
@@ -73,6 +93,12 @@ def _add_course(parser: argparse.ArgumentParser) -> None:
         "--resume",
         metavar="DIR",
         help="go on with the job of this folder where it stopped; its journal says all else (default: a new job)",
+    )
+    parser.add_argument(
+        "--repair",
+        metavar="DIR",
+        help="work again what the job of this folder left under target, as a job of its own; the tool has to spin, and "
+        "the folder says all else (default: a new job)",
     )
 
 

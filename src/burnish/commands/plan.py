@@ -11,16 +11,19 @@ import numpy as np
 from burnish.check.collision import Near
 from burnish.check.plan import CheckedPlan, check
 from burnish.check.ways import jaco2_workplace
+from burnish.commands.course import Course
+from burnish.commands.mending import Worn
 from burnish.commands.options import check_writable
 from burnish.commands.order import AUTO
+from burnish.commands.progress import Progress
 from burnish.errors import InputError
-from burnish.paths.stroke import Stroke
-from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size, plan_strokes
+from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size
+from burnish.polish.depth import Ground, target
+from burnish.polish.even import planned_depth, says
 from burnish.polish.plan_file import write_plan
-from burnish.polish.planned import planned
 from burnish.polish.recipe import Pass, Recipe
 from burnish.polish.recipe_file import PATTERNS, read_recipe
-from burnish.surface import DistanceGrid, Mould
+from burnish.surface import Mould
 from burnish.surface.access import Access
 
 NOTHING = 1e-5
@@ -33,18 +36,39 @@ def run(options: argparse.Namespace) -> int:
     if path.is_dir():
         raise InputError(f"--out {path} is a folder; expected a file name such as plan.json")
     check_writable(path.parent)
-    recipe = _recipe(options)
-    mould = Mould.load(options.mould, None if options.unit == AUTO else options.unit)
+    mending = None
+    if options.repair is None:
+        course, mould = Course(recipe=_recipe(options)), Mould.load(options.mould, _unit(options))
+    else:
+        worn = Worn.asked(options)
+        with Progress() as progress:
+            mending = worn.mending(progress)
+        course, mould = mending.course, worn.mould
+        print(mending.says)
+        if not course.strokes:
+            return 0
+    recipe = course.recipe
     check_size(mould, recipe.tool)
-    grid = DistanceGrid.of(mould)
-    strokes = _strokes(recipe, mould, grid)
-    points = np.concatenate([stroke.points for stroke in strokes])
-    place = jaco2_workplace(mould, grid, strokes, recipe.tool, uncertainty=SLIDE + TURN * half_size(points))
-    plan = check(place, strokes, recipe, made_for=mould.sha256)
+    grid = course.grid(mould)
+    legs = course.legs(mould, grid)
+    touched = course.touched(legs, mould, grid)
+    points = np.concatenate([stroke.points for stroke in touched])
+    place = jaco2_workplace(mould, grid, touched, recipe.tool, uncertainty=SLIDE + TURN * half_size(points))
+    plan = check(place, [leg.path for leg in legs], recipe, made_for=mould.sha256, touched=touched)
     write_plan(path, plan.strokes, mould, recipe)
     for line in _table(plan, mould, path, recipe):
         print(line)
+    if recipe.even is not None or mending is not None:
+        ground = Ground.of(mould, grid, recipe)
+        wanted = target(recipe) if mending is None else mending.target
+        depth = planned_depth(recipe, ground, plan.strokes) + (0.0 if mending is None else mending.depth)
+        print(f"  removal       {says(ground.judged(depth, wanted), wanted)}")
     return 0
+
+
+def _unit(options: argparse.Namespace) -> str | None:
+    """The unit of the mould's file, where one was named."""
+    return None if options.unit == AUTO else str(options.unit)
 
 
 def _recipe(options: argparse.Namespace) -> Recipe:
@@ -56,13 +80,6 @@ def _recipe(options: argparse.Namespace) -> Recipe:
             raise InputError("--recipe names force, feed and pattern already; leave out --force, --feed and --pattern")
         return read_recipe(Path(file))
     return Recipe(**given, passes=() if pattern is None else (Pass(pattern=PATTERNS[pattern]()),))
-
-
-def _strokes(recipe: Recipe, mould: Mould, grid: DistanceGrid) -> list[Stroke]:
-    """The strokes of all passes; without passes those of ``burnish polish``."""
-    if not recipe.passes:
-        return plan_strokes(mould, grid, recipe, recipe.tool)
-    return [stroke for strokes in planned(recipe, mould, grid) for stroke in strokes]
 
 
 def _table(plan: CheckedPlan, mould: Mould, path: Path, recipe: Recipe) -> Iterator[str]:

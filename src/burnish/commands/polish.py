@@ -21,18 +21,22 @@ from burnish.analysis.render import Camera
 from burnish.analysis.report import Event as ReportEvent
 from burnish.analysis.report import RunReport, write_report
 from burnish.analysis.shape import Shape
-from burnish.commands.course import Course, earlier
+from burnish.commands.course import Course, unfinished
+from burnish.commands.entered import entered
 from burnish.commands.evaluate import Evaluation
 from burnish.commands.judged import judged, passes_table, same_mould
+from burnish.commands.live import watched
+from burnish.commands.mending import Worn, wishes
 from burnish.commands.options import output_folder, relative
 from burnish.commands.order import Order
 from burnish.commands.progress import Progress
+from burnish.commands.seat import paced
 from burnish.commands.work import Work, drive, model_hash, outcome, prepare, versions
 from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
 from burnish.polish.journal import NAME, Journal
 from burnish.polish.process import Job
-from burnish.polish.recipe import EDGE_BAND, MARGIN, PRESTON
+from burnish.polish.recipe import EDGE_BAND, MARGIN
 from burnish.record.described import fingerprint
 from burnish.surface import Mould, bundled
 
@@ -49,27 +53,49 @@ SURFACE_LINE = (
 
 def run(options: argparse.Namespace) -> int:
     """Do the job, or what is left of it; nothing is written when it is refused."""
-    if options.resume is None:
+    mending = None
+    if options.repair is not None:
+        worn = Worn.asked(options)
+        order, mould, folder = worn.order, worn.mould, output_folder(options.out, "repair")
+        _new(folder)
+        with Progress() as progress:
+            mending = worn.mending(progress)
+        print(mending.says)
+        if not mending.course.strokes:
+            return DONE
+        course = mending.course
+    elif options.resume is None:
         course = Course.asked(options)
         order, folder = Order.asked(options), output_folder(options.out, "polish")
         _new(folder)
         mould = order.part()
     else:
         folder = Path(options.resume)
-        before = earlier(folder)
+        before = unfinished(folder)
         course, mould_file = before.course, None if options.mould in bundled.NAMES else options.mould
         order = Order.recorded(before.order, mould_file)
         mould = order.part()
         same_mould(mould, before, folder)
-    with Progress() as progress:
+    with watched(options) as live, Progress(live.tell) as progress:
         for sentence in mould.warnings:
             progress.warn(sentence)
         work = prepare(order, mould, progress, course)
+        paced(work.job.rig, work.robot, options.pace)
         folder.mkdir(parents=True, exist_ok=True)
+        if mending is not None:
+            mending.begin(folder, mould)
         recording = folder / ("run.mcap" if not course.runs else f"run-{course.runs + 1}.mcap")
         about = {"order": order.as_metadata(), "course": course.as_record(), "mould_sha256": mould.sha256}
         with Journal(folder / NAME, about) as journal, _interruptible() as asked:
-            wall = drive(work, recording, progress, lambda count: asked.is_set(), journal)
+            wall = drive(
+                work,
+                recording,
+                progress,
+                lambda count: asked.is_set() or live.told_to_end(),
+                journal,
+                gone=lambda count: live.gone(),
+                show=lambda sample, done: live.show(sample, work.job, done),
+            )
         if journal.error is not None:
             progress.warn(f"the journal ended early: {journal.error}; the job cannot go on from it")
         progress.stage("judging the surface")
@@ -82,6 +108,7 @@ def run(options: argparse.Namespace) -> int:
         write_part(_part(work, result, report), folder / "part.html")
         for sentence in work.job.drift.warnings():
             progress.warn(sentence)
+    entered(folder, mould=order.mould, unit=order.unit, recipe=options.recipe)
     _say(work.job, metrics, folder)
     if work.job.interrupted or work.job.pause is not None:
         return INTERRUPTED
@@ -96,7 +123,7 @@ def _figures(work: Work, wall: float) -> dict[str, Scalar]:
         "duration_s": robot.time,
         "realtime_factor": robot.time / wall,
         "cycles": len(work.log.t),
-        "late_cycles": robot.late_cycles,
+        "late_cycles": work.late_cycles,
         "supervisor_events": int(work.job.rig.supervisor.tripped),
         "seed": order.seed,
         "mould": work.mould.name,
@@ -141,18 +168,21 @@ def _report(work: Work, result: Evaluation, metrics: dict[str, Scalar]) -> RunRe
     events = () if supervisor.event is None else (ReportEvent(t=supervisor.event.t, cause=supervisor.event.cause),)
     shapes, camera = _picture(job, mould, result, tool)
     limits = supervisor.limits
+    recipe, course = work.course.recipe, work.course
+    verb = "Repairing" if course.mends else "Polishing"
     return RunReport(
-        title=f"Polishing {mould.name}: {order.force:g} N at {1e3 * order.feed:g} mm/s",
+        title=f"{verb} {mould.name}: {order.force:g} N at {1e3 * order.feed:g} mm/s",
         outcome=outcome(job),
         metrics=metrics,
-        recipe={
+        recipe=wishes(course)
+        | {
             "mould": mould.name,
             "force [N]": order.force,
             "feed [mm/s]": 1e3 * order.feed,
-            "strokes": len(job.strokes),
+            "strokes": len(course.strokes) if course.mends else len(job.strokes),
             "path margin [mm]": 1e3 * MARGIN,
             "edge band, not judged [mm]": 1e3 * EDGE_BAND,
-            "Preston coefficient [1/Pa], to be calibrated": PRESTON,
+            "Preston coefficient [1/Pa], to be calibrated": recipe.preston,
             "tip radius [mm]": 1e3 * tool.tip_radius,
             "tip spring [kN/m]": 1e-3 * tool.stiffness,
             "felt modulus [MPa]": 1e-6 * tool.modulus,
@@ -180,10 +210,11 @@ def _part(work: Work, result: Evaluation, report: RunReport) -> PartReport:
         outcome=report.outcome,
         metrics=report.metrics,
         passes=passes_table(work, result),
-        recipe={
+        recipe=wishes(work.course)
+        | {
             "contact force [N]": recipe.force,
             "feed [mm/s]": 1e3 * recipe.feed,
-            "passes": work.course.repeats * max(1, len(recipe.passes)),
+            "passes": 1 if work.course.mends else work.course.repeats * max(1, len(recipe.passes)),
             "abrasive": recipe.grit or "not stated",
             "strokes left out on request": ", ".join(map(str, sorted(work.course.skipped))) or "none",
         },
@@ -193,7 +224,14 @@ def _part(work: Work, result: Evaluation, report: RunReport) -> PartReport:
         untold=work.job.untold,
         target_um=1e6 * result.removal.target,
         run=report,
+        roughness=None if recipe.roughness is None else recipe.roughness.after(_mean(report.metrics)),
+        mends=work.course.mends,
     )
+
+
+def _mean(metrics: Mapping[str, Scalar]) -> float:
+    """Mean removal of a run [m]."""
+    return 1e-6 * float(metrics["removal_mean_um"])
 
 
 def _picture(job: Job, mould: Mould, result: Evaluation, tool: PolishingTool) -> tuple[list[Shape], Camera]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -17,7 +18,8 @@ REFRESH = 0.1
 class Progress:
     """What is being done, and how far it has come; on stderr, and only if that is a terminal."""
 
-    def __init__(self) -> None:
+    def __init__(self, tell: Callable[[str], None] = lambda stage: None) -> None:
+        """``tell`` is told of every stage."""
         self._console = Console(stderr=True)
         self._bar = RichProgress(
             TextColumn("{task.description:<20}"),
@@ -31,6 +33,7 @@ class Progress:
         )
         self._task = self._bar.add_task("starting", total=1.0)
         self._next = 0.0
+        self._tell = tell
 
     def __enter__(self) -> Self:
         self._bar.start()
@@ -41,6 +44,7 @@ class Progress:
 
     def stage(self, name: str) -> None:
         """Name what is being done now."""
+        self._tell(name)
         self._bar.update(self._task, description=name, refresh=True)
 
     def update(self, name: str, share: float) -> None:

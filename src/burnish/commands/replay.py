@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from burnish.analysis.metrics import Scalar, write_metrics
+from burnish.commands.entered import entered
 from burnish.commands.keys import typed_keys
+from burnish.commands.live import watched
 from burnish.commands.options import output_folder, relative
 from burnish.commands.order import ARMS
 from burnish.commands.screen import Screen
@@ -137,20 +139,22 @@ class Stage:
 
 def run(options: argparse.Namespace) -> int:
     """Replay, and write ``run.mcap``, ``metrics.json`` and ``report.html``; nothing when it is refused."""
-    needs_somebody(options.yes)
+    needs_somebody(options.yes or options.live is not None)
     stage = prepare(asked(options))
     folder = output_folder(options.out, "replay")
     pace = options.pace if options.pace is not None else 0.0 if options.yes else 1.0
     paced(stage.rig, stage.robot, pace)
     with ExitStack() as stack:
+        live = stack.enter_context(watched(options))
         folder.mkdir(parents=True, exist_ok=True)
         names = stage.rig.model.joint_names
         recorder = stack.enter_context(Recorder(folder / "run.mcap", joint_names=names, metadata=stage.metadata()))
         seat = seated(stage, recorder)
+        seat.live = live
         stack.enter_context(ended_by_signals(seat.interrupt))
         if options.yes:
             seat.by_itself = _by_itself
-        else:
+        elif options.live is None:
             seat.typed = stack.enter_context(typed_keys(None))
             seat.screen = stack.enter_context(Screen())
         wall = seat.drive()
@@ -253,8 +257,8 @@ def seated(stage: Stage, recorder: Recorder) -> Seat:
     )
 
 
-def script_of(recording: Recording) -> tuple[Script, int | None]:
-    """The keys of a recorded replay by their cycles, and the cycle after which it was interrupted.
+def script_of(recording: Recording) -> tuple[Script, int | None, int | None]:
+    """The keys of a recorded replay by their cycles, and the cycles after which it was interrupted, and abandoned.
 
     Raises:
         RecordingError: if it does not say them: then it was cut off.
@@ -268,8 +272,9 @@ def script_of(recording: Recording) -> tuple[Script, int | None]:
         if not count.isdecimal() or len(count) > 12 or name not in known:
             raise RecordingError(f"{recording.path}: {word[:40]!r} is no cycle and key; the recording is damaged")
         script[int(count)] = known[name]
-    after = recording.ending.get("interrupted_after", "")
-    return script, int(after) if after.isdecimal() and len(after) <= 12 else None
+    ends = [recording.ending.get(name, "") for name in ("interrupted_after", "abandoned_after")]
+    interrupted, abandoned = (int(after) if after.isdecimal() and len(after) <= 12 else None for after in ends)
+    return script, interrupted, abandoned
 
 
 def _by_itself(session: Session) -> Key | None:
@@ -320,6 +325,7 @@ def _finish(seat: Seat, stage: Stage, folder: Path, wall: float) -> int:
     write_metrics(folder / "metrics.json", metrics)
     about: dict[str, Scalar] = {**replay.metadata(), **versions()}
     write_page(folder / "report.html", f"Replayed on {stage.cell.mould.name}", outcome, figures, metrics, about)
+    entered(folder, mould=replay.place.mould, unit=replay.place.unit)
     if seat.why != "SIGHUP":
         print(f"{outcome[:1].upper()}{outcome[1:]}.")
         if found is not None:

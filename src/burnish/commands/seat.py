@@ -11,6 +11,7 @@ from time import monotonic
 
 import numpy as np
 
+from burnish.commands.live import GONE, Alone, Done
 from burnish.commands.screen import Screen, View
 from burnish.core import Sample
 from burnish.errors import InputError
@@ -19,6 +20,7 @@ from burnish.rotation import euler_xyz
 from burnish.runtime.loop import Rig
 from burnish.sim.paced import Paced
 from burnish.sim.robot import SimRobot
+from burnish.teach.execute import Execute, HoldForce
 from burnish.teach.session import Key, Session
 
 TYPED = {"r": Key.RECORD, "e": Key.STORE, "\n": Key.GO_ON, "\r": Key.GO_ON, " ": Key.CANCEL, "p": Key.PAUSE}
@@ -33,6 +35,8 @@ MEANS = {
     Key.PAUSE: "pause, go on",
 }
 """What it does."""
+OUTSIDE = {key.value: key for key in Key}
+"""What a key is called in a mailbox."""
 SHOWN = 1.0 / 15.0
 """Time between two looks at the screen [s]."""
 PACES = 0.1, 100.0
@@ -65,19 +69,25 @@ class Seat:
     """What moves the tool."""
     mode: Callable[[], str] = lambda: ""
     """What the device moves now."""
+    live: Alone = field(default_factory=Alone)
+    """Whoever watches and commands from outside."""
     why: str = field(default="", init=False)
     """The signal that interrupted; empty without one."""
     pressed: list[str] = field(default_factory=list, init=False)
     """``cycle:key`` of every key that was pressed, so that the run can be repeated."""
+    _share: float = field(default=0.0, init=False)
     _shown: tuple[float, int] = field(default=(-1.0, 0), init=False)
 
     def interrupt(self, number: signal.Signals) -> None:
         """A signal asks for an early end; safe in a signal handler."""
         self.why = number.name
 
-    def drive(self, script: Script | None = None, interrupted_after: int | None = None) -> float:
+    def drive(
+        self, script: Script | None = None, interrupted_after: int | None = None, abandoned_after: int | None = None
+    ) -> float:
         """Run the session to the arm at rest; with a script as it was run before. Returns the wall time [s]."""
         start = time.perf_counter()
+        abandoned = False
         with self.session.rig.robot:
             for count, sample in enumerate(self.session.run(), 1):
                 self.recorder.record(sample, self.session.phase)
@@ -85,10 +95,15 @@ class Seat:
                 for key in self._keys(count, script):
                     self.pressed.append(f"{count}:{key.value}")
                     self.session.press(key)
-                if (self.why or count == interrupted_after) and not self.session.interrupted:
+                if (self.live.gone() or count == abandoned_after) and not abandoned:
+                    abandoned = True
+                    self.recorder.end_with(abandoned_after=str(count))
+                    self.session.rig.supervisor.stop(GONE)
+                if (self.why or self.live.told_to_end() or count == interrupted_after) and not self.session.interrupted:
                     self.recorder.end_with(interrupted_after=str(count))
                     self.session.interrupt()
                 self._show(sample, count)
+                self.live.show(sample, self.session, self._done())
         self.recorder.end_with(outcome=self.outcome(), keys=" ".join(self.pressed))
         return time.perf_counter() - start
 
@@ -108,8 +123,24 @@ class Seat:
         if script is not None:
             return [script[count]] if count in script else []
         keys = [TYPED[key.lower()] for key in (self.typed() if self.typed else ()) if key.lower() in TYPED]
+        keys += [OUTSIDE[name] for name in self.live.pressed() if name in OUTSIDE]
         own = self.by_itself(self.session)
         return keys if own is None else [*keys, own]
+
+    def _done(self) -> Done:
+        """How far it is, for whoever watches from outside."""
+        session = self.session
+        pieces = len(session.taught.pieces) if isinstance(session, HoldForce) else 1
+        if isinstance(session, Execute) and session.along is not None:
+            piece = session.piece + session.along.s / session.along.track.length
+            self._share = (session.repeat - 1 + piece / pieces) / session.repeats
+        return Done(
+            share=1.0 if session.completed else self._share,
+            stroke=session.piece if isinstance(session, Execute) else 0,
+            strokes=pieces,
+            late_cycles=self.robot.late_cycles,
+            waits_for=tuple(key.value for key in session.waits_for),
+        )
 
     def _show(self, sample: Sample, count: int) -> None:
         """What the operator sees of this cycle, 15 times a second."""
@@ -163,7 +194,7 @@ def paced(rig: Rig, robot: SimRobot, pace: float) -> None:
 
 
 def needs_somebody(yes: bool) -> None:
-    """Refuse to wait for keys that nobody can type.
+    """Refuse to wait for keys that nobody can press; ``yes`` if somebody outside can, or nobody has to.
 
     Raises:
         InputError: if there is no terminal and nobody said --yes.

@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from burnish.analysis.metrics import Scalar, write_metrics
+from burnish.commands.entered import entered
 from burnish.commands.keys import typed_keys
+from burnish.commands.live import Alone, watched
 from burnish.commands.options import output_folder, relative
 from burnish.commands.order import ARMS
 from burnish.commands.screen import Screen
@@ -45,7 +47,7 @@ from burnish.teleop.reference import Pace
 from burnish.teleop.shaped import Shaped
 
 DONE, STOPPED, INTERRUPTED = 0, 3, 130
-HAND = "hand"
+HAND, JOG = "hand", "jog"
 STORED_LINE = (
     "stored: {contacts} contacts, {path_length_m:.2f} m, {force_least_N:.1f} to {force_most_N:.1f} N; all simulated"
 )
@@ -69,9 +71,9 @@ class Shower:
 
 def run(options: argparse.Namespace) -> int:
     """Teach; write ``run.mcap``, ``metrics.json``, ``report.html``, ``desired_poses.txt``; nothing when refused."""
-    needs_somebody(options.yes)
-    if options.device not in (HAND, *WORDS) and not Path(options.device).is_file():
-        words = ", ".join((HAND, *WORDS))
+    needs_somebody(options.yes or options.live is not None)
+    if options.device not in (HAND, JOG, *WORDS) and not Path(options.device).is_file():
+        words = ", ".join((HAND, JOG, *WORDS))
         raise InputError(f"--device {options.device}: no such device or file; expected {words}, or a file")
     rate = ARMS[options.arm](max(options.seed, 0)).rate if options.rate is None else options.rate
     place = Place(
@@ -81,24 +83,25 @@ def run(options: argparse.Namespace) -> int:
     cell = place.cell()
     rig, robot = cell.rig()
     paced(rig, robot, _pace(options))
-    shower = _shower(options, cell, rig, robot)
-    train = cell.train(rig, shower.source, shower.mode)
-    metadata = {"verb": "teach"} | place.metadata(cell, train)
-    metadata |= {"placement": placement_text(cell.placement), "device": shower.name}
-    metadata |= {"law": described(train.operator_law), "law_sha256": fingerprint(train.operator_law)}
     with ExitStack() as stack:
+        live = stack.enter_context(watched(options))
+        shower = _shower(options, cell, rig, robot, live)
+        train = cell.train(rig, shower.source, shower.mode)
+        metadata = {"verb": "teach"} | place.metadata(cell, train)
+        metadata |= {"placement": placement_text(cell.placement), "device": shower.name}
+        metadata |= {"law": described(train.operator_law), "law_sha256": fingerprint(train.operator_law)}
         if shower.device is not None:
             stack.enter_context(shower.device)
         folder.mkdir(parents=True, exist_ok=True)
         recorder = stack.enter_context(
             Recorder(folder / "run.mcap", joint_names=train.rig.model.joint_names, metadata=metadata)
         )
-        seat = Seat(session=train, robot=robot, recorder=recorder, device=shower.name, mode=shower.mode)
+        seat = Seat(session=train, robot=robot, recorder=recorder, device=shower.name, mode=shower.mode, live=live)
         seat.title = f"teach on {cell.mould.name}, simulated {place.arm} arm at {rate:g} Hz"
         if options.yes:
             seat.by_itself = lambda session: _by_itself(session, shower)
         stack.enter_context(ended_by_signals(seat.interrupt))
-        if not options.yes:
+        if not options.yes and options.live is None:
             seat.typed = _read_too(shower.device, stack.enter_context(typed_keys(shower.device)))
             seat.screen = stack.enter_context(Screen())
         wall = seat.drive()
@@ -139,6 +142,7 @@ def _finish(seat: Seat, train: Train, cell: Cell, place: Place, folder: Path, wa
     figures = {} if taught is None else {"Before and after": (cleaned_figure(taught, cell.tool.tip_radius), CLEANED)}
     about: dict[str, Scalar] = {"device": seat.device, "law": described(train.operator_law), **versions()}
     write_page(folder / "report.html", f"Taught on {cell.mould.name}", outcome, figures, metrics, about)
+    entered(folder, mould=place.mould, unit=place.unit, shown=train.stored is not None)
     if seat.why != "SIGHUP":
         print(f"{outcome[:1].upper()}{outcome[1:]}.")
         if taught is not None:
@@ -163,13 +167,13 @@ def _figures(taught: Taught) -> dict[str, Scalar]:
     }
 
 
-def _shower(options: argparse.Namespace, cell: Cell, rig: Rig, robot: SimRobot) -> Shower:
+def _shower(options: argparse.Namespace, cell: Cell, rig: Rig, robot: SimRobot, live: Alone) -> Shower:
     """Whoever the options name."""
     if options.device == HAND:
         hand = Hand.on(cell.grid, cell.placement, tool_down(rig.model), cell.tool.tip_radius)
         return Shower(source=hand, mode=lambda: HAND, ended=lambda: hand.done, name="a simulated hand")
-    clock = time.monotonic if options.device in WORDS else lambda: robot.time
-    device = open_device(options.device, clock)
+    clock = time.monotonic if options.device in (JOG, *WORDS) else lambda: robot.time
+    device = live.jog() if options.device == JOG else open_device(options.device, clock)
     moved = operator(
         read=Shaped(device=device).read, panel=Panel(modes=MODES[options.modes]), supervisor=rig.supervisor, pace=Pace()
     )
@@ -206,4 +210,4 @@ def _pace(options: argparse.Namespace) -> float:
     """Real time where a person or a device keeps it."""
     if options.pace is not None:
         return float(options.pace)
-    return 0.0 if options.yes and options.device not in WORDS else 1.0
+    return 0.0 if options.yes and options.device not in (JOG, *WORDS) else 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from burnish.commands.options import MOULDS
+from burnish.commands.options import MOULDS, add_live
 
 ENDINGS = (
     "The arm is simulated. Exit status: 0 done; 2 refused; 3 the supervisor stopped the arm; 130 interrupted or the "
@@ -21,8 +21,8 @@ def add_teach(parser: argparse.ArgumentParser) -> None:
         "--device",
         default="auto",
         metavar="NAME|FILE",
-        help="as for teleop: spacenav, spacemouse, gamepad, keyboard, auto, or a file to play; or 'hand', a simulated "
-        "operator who presses and slides (default: auto)",
+        help="as for teleop: spacenav, spacemouse, gamepad, keyboard, auto, or a file to play; 'hand', a simulated "
+        "operator who presses and slides; or 'jog', the workshop's buttons with --live (default: auto)",
     )
     parser.add_argument(
         "--modes", default="b", choices=("a", "b"), help="what the device's buttons change, as for teleop (default: b)"
@@ -82,6 +82,7 @@ def _add_unit(parser: argparse.ArgumentParser) -> None:
 
 def _add_running(parser: argparse.ArgumentParser, yes: str) -> None:
     """How it is run."""
+    add_live(parser)
     parser.add_argument("--yes", action="store_true", help=f"nobody is there: {yes}")
     parser.add_argument(
         "--pace",

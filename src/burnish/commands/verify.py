@@ -56,7 +56,14 @@ def _polish(recording: Recording, options: argparse.Namespace, progress: Progres
     interrupted = recording.ending.get("interrupted_after", "")
     # Of a recording that was cut off no more has to be run again than it has.
     enough = sum(map(len, recording.blocks())) if _cut(recording) else None
-    drive(work, again, progress, lambda count: str(count) == interrupted or count == enough)
+    abandoned = recording.ending.get("abandoned_after", "")
+    drive(
+        work,
+        again,
+        progress,
+        lambda count: str(count) == interrupted or count == enough,
+        gone=lambda count: str(count) == abandoned,
+    )
     return work.metadata()
 
 
@@ -68,11 +75,11 @@ def _replay(recording: Recording, options: argparse.Namespace, progress: Progres
     asked = replay.recorded(found, Path(options.taught), options.mould, found.get("unit", "mm"))
     stage = replay.prepare(asked)
     _same(f"the mould {stage.cell.mould.name}", found.get("mould_sha256"), stage.cell.mould.sha256)
-    keys, interrupted_after = replay.script_of(recording)
+    keys, interrupted_after, abandoned_after = replay.script_of(recording)
     progress.stage("replaying")
     metadata = stage.metadata()
     with Recorder(again, joint_names=stage.rig.model.joint_names, metadata=metadata) as recorder:
-        replay.seated(stage, recorder).drive(keys, interrupted_after)
+        replay.seated(stage, recorder).drive(keys, interrupted_after, abandoned_after)
     return metadata
 
 

@@ -16,16 +16,18 @@ from burnish.check.plan import check
 from burnish.check.ways import jaco2_workplace
 from burnish.commands.course import LEARNT, Course
 from burnish.commands.evaluate import RunLog
+from burnish.commands.live import GONE, Done
+from burnish.commands.notes import Notes
 from burnish.commands.order import SENSES, Order
 from burnish.commands.progress import Progress
-from burnish.core import Sample, ToolReference
+from burnish.core import Sample
 from burnish.errors import InputError
 from burnish.model.model import JACO2_URDF
 from burnish.model.tool import PolishingTool
 from burnish.paths.stroke import Stroke
 from burnish.polish.cell import nominal_placement
 from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size, simulated_job
-from burnish.polish.journal import EVERY, Journal, Mark
+from burnish.polish.journal import Journal
 from burnish.polish.learn import Learner
 from burnish.polish.life import Abrasive
 from burnish.polish.passes import Leg
@@ -33,6 +35,7 @@ from burnish.polish.process import Job
 from burnish.polish.recipe import Recipe
 from burnish.record.described import described, fingerprint
 from burnish.record.recorder import Recorder
+from burnish.sim.paced import Paced
 from burnish.sim.robot import SimRobot
 from burnish.surface import DistanceGrid, Mould
 
@@ -66,6 +69,12 @@ class Work:
     """How it is run."""
     spans: list[tuple[int, float, float]] = field(default_factory=list)
     """Pass, start and end of each piece of work [s]."""
+
+    @property
+    def late_cycles(self) -> int:
+        """Cycles that came late so far: of the simulated clock, and of that on the wall where the arm keeps to it."""
+        arm = self.job.rig.robot
+        return self.robot.late_cycles + (arm.late_cycles if isinstance(arm, Paced) else 0)
 
     def metadata(self) -> dict[str, str]:
         """What a reader of the recording needs to know of the run."""
@@ -102,12 +111,13 @@ def prepare(order: Order, mould: Mould, progress: Progress, course: Course | Non
     check_size(mould, tool)
     grid = course.grid(mould)
     progress.stage("planning the path")
-    every = checked(course.legs(mould, grid), course.recipe, mould, grid, progress)
+    planned = course.legs(mould, grid)
+    # Where it is touched is the same for what is left of a job, or for its repair, as for all of it.
+    strokes = course.touched(planned, mould, grid)
+    every = checked(planned, course.recipe, mould, grid, progress, touched=strokes)
     legs = course.left(every)
     if not legs:
         raise InputError("all strokes of the job are done; there is nothing to go on with")
-    # Where it is touched is the same for what is left of a job as for all of it.
-    strokes = [leg.path for leg in every]
     top = max(float(stroke.points[:, 2].max()) for stroke in strokes)
     log = RunLog()
     job, robot = simulated_job(
@@ -139,8 +149,12 @@ def prepare(order: Order, mould: Mould, progress: Progress, course: Course | Non
     )
 
 
-def checked(legs: list[Leg], recipe: Recipe, mould: Mould, grid: DistanceGrid, progress: Progress) -> list[Leg]:
+def checked(
+    legs: list[Leg], recipe: Recipe, mould: Mould, grid: DistanceGrid, progress: Progress, *, touched: list[Stroke]
+) -> list[Leg]:
     """The legs with the feed that the arm can follow, once all that can be known before was checked.
+
+    ``touched`` are the strokes along which the mould is touched to find it.
 
     Raises:
         PlanError: the arm cannot do one of them.
@@ -148,9 +162,9 @@ def checked(legs: list[Leg], recipe: Recipe, mould: Mould, grid: DistanceGrid, p
     progress.stage("checking the path")
     # The strokes of a pass that is done again are the very same ones.
     strokes = list({id(leg.path): leg.path for leg in legs}.values())
-    points = np.concatenate([stroke.points for stroke in strokes])
-    place = jaco2_workplace(mould, grid, strokes, recipe.tool, uncertainty=SLIDE + TURN * half_size(points))
-    plan = check(place, strokes, recipe)
+    points = np.concatenate([stroke.points for stroke in touched])
+    place = jaco2_workplace(mould, grid, touched, recipe.tool, uncertainty=SLIDE + TURN * half_size(points))
+    plan = check(place, strokes, recipe, touched=touched)
     for note in plan.notes:
         progress.warn(note)
     able = dict(zip(map(id, strokes), plan.strokes, strict=True))
@@ -170,7 +184,14 @@ def _abrasive(course: Course, tool: PolishingTool) -> Abrasive:
 
 
 def drive(
-    work: Work, path: Path, progress: Progress, stop: Callable[[int], bool], journal: Journal | None = None
+    work: Work,
+    path: Path,
+    progress: Progress,
+    stop: Callable[[int], bool],
+    journal: Journal | None = None,
+    *,
+    gone: Callable[[int], bool] = lambda count: False,
+    show: Callable[[Sample, Done], None] = lambda sample, done: None,
 ) -> float:
     """Run the job to the arm at rest, recorded to a file.
 
@@ -181,14 +202,16 @@ def drive(
         stop: asked after each cycle, with its number from 1, whether the job is to end early. That this is the only
             moment makes an interrupted run repeatable.
         journal: is told of every millimetre that is done, if there is one.
+        gone: asked as ``stop`` is, whether whoever commands the job is gone: the supervisor then holds the arm.
+        show: is shown every cycle.
 
     Returns:
         The wall time that it took [s].
     """
     job, robot = work.job, work.robot
     start = time.perf_counter()
-    done = 0.0
-    notes = Notes(work=work, journal=journal)
+    done, abandoned = 0.0, False
+    notes = Notes(job=job, spans=work.spans, journal=journal)
     with robot, Recorder(path, joint_names=job.rig.model.joint_names, metadata=work.metadata()) as recorder:
         for count, sample in enumerate(job.run(), 1):
             recorder.record(sample, job.phase)
@@ -197,68 +220,23 @@ def drive(
             notes.add(sample)
             if job.phase == "pass":
                 done += robot.period
-            progress.update(job.phase, done / work.expected)
+            share = done / work.expected
+            progress.update(job.phase, share)
+            if gone(count) and not abandoned:
+                abandoned = True
+                recorder.end_with(abandoned_after=str(count))
+                job.rig.supervisor.stop(GONE)
             if stop(count) and not job.interrupted:
                 recorder.end_with(interrupted_after=str(count))
                 job.interrupt()
+            far = Done(share=min(share, 1.0), stroke=job.stroke, strokes=len(job.legs), late_cycles=work.late_cycles)
+            show(sample, far)
         notes.end()
         recorder.end_with(outcome=outcome(job))
     wall = time.perf_counter() - start
     if recorder.error is not None:
         progress.warn(f"the recording ended early: {recorder.error}")
     return wall
-
-
-@dataclass(kw_only=True)
-class Notes:
-    """Tells the journal how far the job is, and the work when each pass was under way."""
-
-    work: Work
-    journal: Journal | None
-    _last: tuple[int, str, float] = field(default=(-1, "", 0.0), init=False, repr=False)
-    _force: list[float] = field(default_factory=list, init=False, repr=False)
-
-    def add(self, sample: Sample) -> None:
-        """One cycle."""
-        job = self.work.job
-        leg, phase, s = self._last
-        reference = sample.reference
-        if isinstance(reference, ToolReference) and reference.normal is not None and sample.arm.F is not None:
-            self._force.append(float(reference.normal @ sample.arm.F[:3]))
-        if (job.stroke, job.phase) != (leg, phase):
-            if job.phase == "pass":
-                self.work.spans.append((job.leg.number, sample.arm.t, sample.arm.t))
-            self._mark(job.phase, sample.arm.t)
-        elif job.phase == "pass":
-            number, start, _ = self.work.spans[-1]
-            self.work.spans[-1] = (number, start, sample.arm.t)
-            if job.worked - s >= EVERY:
-                self._mark(job.phase, sample.arm.t)
-
-    def end(self) -> None:
-        """The run is over."""
-        job = self.work.job
-        unfinished = job.interrupted or job.failure is not None or job.rig.supervisor.tripped
-        self._mark("stopped" if unfinished else "change" if job.pause is not None else "done", job.arm().t)
-
-    def _mark(self, phase: str, t: float) -> None:
-        job = self.work.job
-        self._last = (job.stroke, phase, job.worked)
-        force = sum(self._force) / len(self._force) if self._force else 0.0
-        self._force.clear()
-        if self.journal is not None and job.located:
-            self.journal.add(
-                Mark(
-                    number=job.leg.number,
-                    stroke=job.leg.stroke,
-                    s=job.worked,
-                    phase=phase,
-                    force=force,
-                    t=t,
-                    metres=job.abrasive.metres,
-                    joules=job.abrasive.joules,
-                )
-            )
 
 
 def outcome(job: Job) -> str:

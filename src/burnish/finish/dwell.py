@@ -25,7 +25,7 @@ from burnish.core import Array
 from burnish.errors import PlanError
 from burnish.finish.curvature import mean_curvature
 from burnish.finish.removal import Removal
-from burnish.finish.rubbing import Rubbing, Spindle, leaning
+from burnish.finish.rubbing import Rubbing, Spindle
 from burnish.paths.hertz import contact_radius
 from burnish.paths.stroke import Stroke
 from burnish.surface import WorkingSurface
@@ -58,8 +58,6 @@ class Dwell:
     """What a contact removes."""
     spindle: Spindle
     """How the tip turns."""
-    lean: float = 0.0
-    """Angle by which the tool leans forwards along its path [rad]."""
     feed_min: float = 0.005
     """[m/s]"""
     feed_max: float = 0.08
@@ -73,8 +71,11 @@ class Dwell:
         """Depth that the strokes remove when they are run as timed, starts, turns and ends included [m], (V,)."""
         total = np.zeros(len(surface.vertices))
         for stroke in strokes:
-            path = _timed(stroke).with_ramp(RAMP, STAND)
-            rubbing = self._rubbing(surface, path.p, path.normal, path.force, path.v[:, :3])
+            path = self._timed(stroke).with_ramp(RAMP, STAND)
+            axes = path.R[:, :, 2]
+            # The apex of a leaning tip is not where it touches.
+            contacts = path.p - self.law.tip_radius * (path.normal + axes)
+            rubbing = self._rubbing(surface, contacts, path.normal, axes, path.force, path.v[:, :3])
             total += self.law.depth_of(surface, rubbing, np.full(len(path.p), path.dt))
         return total
 
@@ -126,7 +127,7 @@ class Dwell:
         """What a stroke removes for its slowness at its nodes."""
         arc, force = stroke.arc, stroke.force
         radius = float(contact_radius(float(np.mean(force)), self.law.tip_radius, 0.0, self.law.modulus))
-        slide = self.spindle.speed(radius, self.lean)
+        slide = self.spindle.speed(radius, stroke.tilt.angle)
         if slide < SPINS * self.feed_max:
             raise PlanError(
                 f"dwell: the spindle rubs at {slide:.2f} m/s; expected {SPINS * self.feed_max:.2f} m/s, "
@@ -134,12 +135,12 @@ class Dwell:
                 "cannot set the depth. Raise the spindle rate, or lower the largest feed"
             )
         velocity = self._feeding(stroke)
-        rubbing = self._rubbing(surface, stroke.points, stroke.normals, force, velocity)
+        rubbing = self._rubbing(surface, stroke.points, stroke.normals, stroke.axes, force, velocity)
         rates = self.law.rates(surface, rubbing)
         nodes = np.linspace(0.0, arc[-1], max(int(np.ceil(arc[-1] / (_NODES * radius))), 2) + 1)
         # Each point stands for half of the path to its neighbours.
         length = np.gradient(arc) * np.where(np.isin(np.arange(len(arc)), (0, len(arc) - 1)), 0.5, 1.0)
-        path = _timed(replace(stroke, feed=np.full(len(arc), self.feed_max)))
+        path = self._timed(replace(stroke, feed=np.full(len(arc), self.feed_max)))
         way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(path.p, axis=0), axis=1))))
         fastest = 1.0 / np.interp(arc, way * arc[-1] / way[-1], np.linalg.norm(path.v[:, :3], axis=1).clip(1e-3))
         spread = _hats(arc, nodes)
@@ -155,15 +156,30 @@ class Dwell:
         along = np.gradient(stroke.points, axis=0)
         return np.asarray(stroke.feed[:, None] * along / np.linalg.norm(along, axis=1, keepdims=True).clip(1e-12))
 
-    def _rubbing(self, surface: WorkingSurface, points: Array, normals: Array, force: Array, v: Array) -> Rubbing:
-        """The contacts of a path with the tool leaning along it."""
+    def _timed(self, stroke: Stroke) -> TimedPath:
+        """A stroke in time, in the mould's own frame."""
+        return time_path(
+            stroke.points,
+            stroke.normals,
+            stroke.feed,
+            stroke.force,
+            _DOWN,
+            acceleration=ACCELERATION,
+            axes=stroke.axes,
+            tip_radius=self.law.tip_radius,
+        )
+
+    def _rubbing(
+        self, surface: WorkingSurface, points: Array, normals: Array, axes: Array, force: Array, v: Array
+    ) -> Rubbing:
+        """The contacts of a path with a tool whose axes, into the work, are given."""
         radius = float(contact_radius(float(np.max(force)), self.law.tip_radius, 0.0, self.law.modulus))
         return self.spindle.rubbing(
             contacts=points,
             normals=normals,
             force=force,
             velocity=v,
-            axes=leaning(points, normals, self.lean),
+            axes=axes,
             curvature=mean_curvature(surface, points, normals, 1.5 * radius),
         )
 
@@ -180,11 +196,6 @@ class _Track:
     """Least slowness that the arm can follow [s/m], (J,)."""
     stood: Array
     """Depth while the tool stands at the start [m], (V,)."""
-
-
-def _timed(stroke: Stroke) -> TimedPath:
-    """A stroke in time, in the mould's own frame."""
-    return time_path(stroke.points, stroke.normals, stroke.feed, stroke.force, _DOWN, acceleration=ACCELERATION)
 
 
 def _hats(arc: Array, nodes: Array) -> csr_array:

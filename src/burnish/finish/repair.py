@@ -227,7 +227,7 @@ def _gentle(
         replace(piece, force=np.clip(share * piece.force, np.minimum(LEAST_FORCE, piece.force), piece.force))
         for piece in tried
     ]
-    return [with_leads(piece, LEAD, min(1.0, LEAST_FORCE / float(piece.force.max()))) for piece in gentle]
+    return [with_leads(piece, LEAD, min(1.0, LEAST_FORCE / float(piece.force.min()))) for piece in gentle]
 
 
 def _force(strokes: Sequence[Stroke]) -> float:

@@ -14,9 +14,6 @@ from burnish.errors import InputError
 MEAN_RING = 3.0 * np.pi / 16.0
 """Mean distance from the middle of a Hertz contact, by pressure and in contact radii: 3 ∫ √(1 − u²) u² du."""
 
-_STANDS = 1e-9
-"""Way between two points below which the tool stands [m]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Rubbing:
@@ -143,24 +140,3 @@ class Spindle:
         along = np.cos(lean) * contact_radius * radius * np.sin(angle)
         weight = radius * np.sqrt(1.0 - radius**2)
         return abs(self.rate) * float(np.sum(weight * np.hypot(across, along)) / np.sum(weight))
-
-
-def leaning(points: Array, normals: Array, lean: float) -> Array:
-    """Axes of a tool out of the arm, leant forwards along a path by an angle from the inward normal, (N, 3).
-
-    Args:
-        points: the path [m], (N, 3), N ≥ 2.
-        normals: outward unit normals, (N, 3).
-        lean: angle [rad]; positive leans the arm's side of the tool along the path.
-    """
-    along = np.gradient(points, axis=0)
-    along -= np.einsum("ij,ij->i", along, normals)[:, None] * normals
-    length = np.linalg.norm(along, axis=1)
-    moving = np.flatnonzero(length > _STANDS)
-    if len(moving):
-        # Where the tool stands it leans as it will when it goes on, and at the end as it did.
-        nearest = moving[np.minimum(np.searchsorted(moving, np.arange(len(points))), len(moving) - 1)]
-        along = along[nearest] / length[nearest, None]
-    tangent = along - np.einsum("ij,ij->i", along, normals)[:, None] * normals
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), np.finfo(float).tiny)
-    return np.asarray(-np.cos(lean) * normals - np.sin(lean) * tangent)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from typing_extensions import Self
@@ -13,6 +12,8 @@ from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
 from burnish.paths.patterns import Pattern
 from burnish.paths.tilt import STEEPEST_LEAN, Tilt
+from burnish.polish.ranges import Range
+from burnish.polish.wanted import Even, Smoothing
 
 MARGIN = 3e-3
 """The path's inset from the border of the part [m]: the mould may have slid 2 mm, and the tip must not fall."""
@@ -27,36 +28,8 @@ MOST_PASSES = 20
 """Passes of a recipe."""
 LEAST_FORCE = 1.0
 """Least force of a stroke [N]: where lines lie closer, or along an end, a pattern presses with half of it."""
-LEAST_FORCE = 1.0
-"""Least force of a stroke [N]: where lines lie closer, or along an end, a pattern presses with half of it."""
 SLOWEST_FEED = 1e-3
 """Least feed of a stroke [m/s]: a feed profile may ask for a longer stay than the feed of a pass."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Range:
-    """What a number of a recipe may be, both ends included."""
-
-    unit: str
-    """In SI; empty for a pure number."""
-    low: float
-    """Least value."""
-    high: float
-    """Largest value."""
-
-    def __str__(self) -> str:
-        return f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
-
-    def check(self, name: str, value: Any) -> None:
-        """Refuse what is outside.
-
-        Raises:
-            InputError: names the value, its unit and the range.
-        """
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and self.low <= value <= self.high):
-            shown = f"{float(value):g} {self.unit}".rstrip() if number and abs(value) < 1e300 else repr(value)[:40]
-            raise InputError(f"{name} {shown} is out of range; expected {self}")
 
 
 FORCE = Range(unit="N", low=2.0, high=20.0)
@@ -65,6 +38,7 @@ STEP = Range(unit="m", low=1e-4, high=20e-3)
 LEAN = Range(unit="rad", low=0.0, high=STEEPEST_LEAN)
 ANGLE = Range(unit="rad", low=-2.0 * float(np.pi), high=2.0 * float(np.pi))
 PRESTONS = Range(unit="1/Pa", low=1e-16, high=1e-6)
+SPINDLE = Range(unit="rad/s", low=-3000.0, high=3000.0)
 BOUNDS: Mapping[str, Range] = {
     "joint_speed": Range(unit="", low=0.1, high=0.9),
     "joint_torque": Range(unit="", low=0.1, high=0.9),
@@ -86,7 +60,7 @@ TOOL: Mapping[str, Range] = {
     "modulus": Range(unit="Pa", low=1e4, high=1e12),
     "friction": Range(unit="", low=0.01, high=1.5),
 }
-"""Of the fields of `PolishingTool` in a recipe."""
+"""Of the fields of `PolishingTool` in a recipe, but for its spindle, whose unit stands in its name there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,6 +128,10 @@ class Recipe:
     """The tool in the arm's hand."""
     limits: Bounds = field(default_factory=Bounds)
     """What the plan may use of the arm."""
+    even: Even | None = None
+    """The depth that the passes are to remove together; None: what their force, feed and step remove."""
+    roughness: Smoothing | None = None
+    """How the grit smoothes; None: not known, so no roughness is estimated."""
 
     def __post_init__(self) -> None:
         FORCE.check("force", self.force)
@@ -167,6 +145,12 @@ class Recipe:
             raise InputError(f"the recipe has {len(self.passes)} passes; expected at most {MOST_PASSES}")
         for name, allowed in TOOL.items():
             allowed.check(f"tool: {name}", getattr(self.tool, name))
+        SPINDLE.check("tool: spindle", self.tool.spindle)
+        if self.even is not None and self.tool.spindle == 0.0:
+            raise InputError(
+                "even: a tool that does not spin removes by distance, so no feed makes its removal even; state its "
+                "spindle_rpm or spindle_rad_s under [tool]"
+            )
         if not self.tool.tip_radius < self.tool.length:
             raise InputError(
                 f"tool: tip_radius {self.tool.tip_radius:g} m is not less than its length {self.tool.length:g} m"

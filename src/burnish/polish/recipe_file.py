@@ -9,7 +9,7 @@ import difflib
 import os
 import sys
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,9 @@ from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
 from burnish.paths.patterns import Contour, CrossHatch, Geodesic, Pattern, Polyline, Raster, Spiral
 from burnish.paths.tilt import Tilt
-from burnish.polish.recipe import ANGLE, BOUNDS, FEED, FORCE, LEAN, PRESTONS, STEP, TOOL, Bounds, Pass, Range, Recipe
+from burnish.polish.ranges import Range
+from burnish.polish.recipe import ANGLE, BOUNDS, FEED, FORCE, LEAN, PRESTONS, SPINDLE, STEP, TOOL, Bounds, Pass, Recipe
+from burnish.polish.wanted import EVEN, ROUGHNESS, Even, Smoothing
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -48,6 +50,18 @@ _HALF_TURN = Range(unit="rad", low=-float(np.pi), high=float(np.pi))
 _TILT = {"tilt": ("angle", LEAN), "tilt_heading": ("heading", _HALF_TURN)}
 _NOTES = {"tilt_heading": ", where the body leans to: from the mould's x to its y, wherever the path goes"}
 _TOP = {"force": FORCE, "feed": FEED, "preston": PRESTONS}
+_RPM = float(np.pi / 30.0)
+"""A turn a minute [rad/s]."""
+_SPINDLES = {
+    "spindle_rad_s": (SPINDLE, 1.0),
+    "spindle_rpm": (Range(unit="rpm", low=-28_000.0, high=28_000.0), _RPM),
+}
+"""Names of the spindle's speed in a file, of which it states one: what it may be, and its unit in rad/s."""
+_WANTED: Mapping[str, tuple[type[Even] | type[Smoothing], Mapping[str, Range]]] = {
+    "even": (Even, EVEN),
+    "roughness": (Smoothing, ROUGHNESS),
+}
+"""Tables that a recipe may leave out as a whole."""
 
 
 def read_recipe(path: Path) -> Recipe:
@@ -92,7 +106,8 @@ def as_toml(recipe: Recipe) -> str:
     tables = as_tables(recipe)
     passes = tables.pop("passes", [])
     text = HEAD + "".join(_lines({k: v for k, v in tables.items() if not isinstance(v, dict)}, _TOP))
-    for name, ranges in (("tool", TOOL), ("limits", BOUNDS)):
+    own = {name: ranges for name, (_, ranges) in _WANTED.items() if name in tables}
+    for name, ranges in {"tool": {**TOOL, "spindle_rad_s": SPINDLE}, "limits": BOUNDS, **own}.items():
         text += f"\n[{name}]\n" + "".join(_lines(tables[name], ranges))
     for one in passes:
         known = _PASS | {"angle": ANGLE} | {key: allowed for key, (_, allowed) in _TILT.items()}
@@ -104,7 +119,12 @@ def as_tables(recipe: Recipe) -> dict[str, Any]:
     """A recipe in plain dictionaries, ready for TOML or JSON."""
     tables = {name: getattr(recipe, name) for name in ("grit", *_TOP)}
     tables["tool"] = {name: getattr(recipe.tool, name) for name in TOOL}
+    if recipe.tool.spindle != 0.0:
+        tables["tool"]["spindle_rad_s"] = recipe.tool.spindle
     tables["limits"] = {name: getattr(recipe.limits, name) for name in BOUNDS}
+    for table, (_, ranges) in _WANTED.items():
+        if (wanted := getattr(recipe, table)) is not None:
+            tables[table] = {name: getattr(wanted, name) for name in ranges}
     if recipe.passes:
         tables["passes"] = [_pass_table(one) for one in recipe.passes]
     return tables
@@ -116,21 +136,45 @@ def from_tables(tables: Any) -> Recipe:
     Raises:
         InputError: an unknown key, or a value that is out of range.
     """
-    _check_keys("the recipe", tables, ("grit", *_TOP, "tool", "limits", "passes"))
+    _check_keys("the recipe", tables, ("grit", *_TOP, "tool", "limits", *_WANTED, "passes"))
     given = _numbers("", tables, _TOP)
     if "grit" in tables:
         given["grit"] = tables["grit"]
     if "tool" in tables:
-        _check_keys("tool", tables["tool"], TOOL)
-        given["tool"] = PolishingTool(**_numbers("tool: ", tables["tool"], TOOL))
+        _check_keys("tool", tables["tool"], (*TOOL, *_SPINDLES))
+        given["tool"] = PolishingTool(**_numbers("tool: ", tables["tool"], TOOL), **_spindle(tables["tool"]))
     if "limits" in tables:
         _check_keys("limits", tables["limits"], BOUNDS)
         given["limits"] = Bounds(**_numbers("limits: ", tables["limits"], BOUNDS))
+    for name, (kind, ranges) in _WANTED.items():
+        if name in tables:
+            given[name] = _wanted(name, tables[name], kind, ranges)
     passes = tables.get("passes", [])
     if not isinstance(passes, list):
         raise InputError("passes is no list; expected one table [[passes]] for each pass")
     given["passes"] = tuple(_pass(f"pass {number}", one) for number, one in enumerate(passes, 1))
     return Recipe(**given)
+
+
+def _spindle(table: Mapping[str, Any]) -> dict[str, float]:
+    """The spindle's speed, if the table states one [rad/s]."""
+    stated = [name for name in _SPINDLES if name in table]
+    if len(stated) > 1:
+        raise InputError(f"tool: {' and '.join(stated)} both state the spindle's speed; expected one of them")
+    for name in stated:
+        allowed, unit = _SPINDLES[name]
+        allowed.check(f"tool: {name}", table[name])
+        return {"spindle": unit * float(table[name])}
+    return {}
+
+
+def _wanted(name: str, table: Any, kind: type[Even] | type[Smoothing], ranges: Mapping[str, Range]) -> Even | Smoothing:
+    """A table that states what is wanted of the surface."""
+    _check_keys(name, table, ranges)
+    missing = [one.name for one in fields(kind) if one.default is MISSING and one.name not in table]
+    if missing:
+        raise InputError(f"{name} does not state {', '.join(missing)}; expected {missing[0]} = a number in m")
+    return kind(**_numbers(f"{name}: ", table, ranges))
 
 
 def _pass_table(one: Pass) -> dict[str, Any]:
@@ -219,7 +263,7 @@ def _lines(table: Mapping[str, Any], ranges: Mapping[str, Range]) -> Iterator[st
 
 
 def _comment(allowed: Range, value: float) -> str:
-    """Unit and range of a number; radians in degrees too."""
-    degrees = f", {np.rad2deg(value):.4g}°" if allowed.unit == "rad" else ""
+    """Unit and range of a number; radians in degrees, and radians a second in turns a minute too."""
+    other = {"rad": f", {np.rad2deg(value):.4g}°", "rad/s": f", {value / _RPM:.4g} rpm"}.get(allowed.unit, "")
     unit = f"[{allowed.unit}]" if allowed.unit else "[-]"
-    return f"{unit} {allowed.low:.4g} to {allowed.high:.4g}{degrees}"
+    return f"{unit} {allowed.low:.4g} to {allowed.high:.4g}{other}"
