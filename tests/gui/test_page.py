@@ -1,3 +1,4 @@
+import time
 from pathlib import Path
 
 import numpy as np
@@ -52,8 +53,6 @@ def settle(work, page, stage: Stage, **changed) -> None:
 
 def wait_for(condition) -> None:
     """Callbacks run in viser's threads."""
-    import time
-
     for _ in range(200):
         if condition():
             return
@@ -95,8 +94,6 @@ def test_editing_the_force_changes_the_recipe_and_undo_brings_it_back(page, work
 def test_showing_a_page_is_no_edit(page, work) -> None:
     settle(work, page, Stage.CHOSEN, edits=type(work.edits)(now=work.edits.now.with_feed(31.7).with_force(3.3)))
     assert page.job.feed.value == 31.7
-    import time
-
     time.sleep(0.3)
     assert not work.edits.before
 
@@ -162,6 +159,16 @@ def test_a_held_arm_is_red_and_says_why(work) -> None:
     work.stage = Stage.RUNNING
     held = glance(mode=Mode.HOLD, cause="force 26 N")
     assert ("simulated arm: held by the supervisor", "red") in pages.chips(work, held, True)
+
+
+def test_the_sentence_follows_the_job_from_its_plan_over_its_strokes_to_its_report(work) -> None:
+    work.run(["polish"], work.new_folder("polish"), None)
+    box = work.jobs[0].box
+    box.tell("checking the path")
+    assert "Nothing moves. Being done: checking the path" in pages.says(work, None)
+    assert "polishes, stroke 3 of 9; 25 %" in pages.says(work, glance(wall=time.monotonic()))
+    box.tell("writing the report")
+    assert "Being done: writing the report" in pages.says(work, glance(wall=time.monotonic() - 5.0))
 
 
 def test_progress_is_that_of_what_is_under_way(work) -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from burnish.finish.removal import Removal
-from burnish.gui.paint import FULL, MOST, SHOWN, STEEL, Canvas, Paint, linear, merged, scale
+from burnish.gui.paint import EXPOSURE, FULL, MOST, SHOWN, STEEL, Canvas, Paint, linear, merged, scale
 from burnish.model.tool import PolishingTool
 from burnish.polish.recipe import PRESTON
 from burnish.surface import Mould
@@ -69,9 +69,9 @@ def test_colours_run_from_steel_to_the_end_of_the_scale(canvas: Canvas) -> None:
     paint = Paint(canvas=canvas, target=1.0)
     paint.depth[0], paint.depth[1] = FULL, 100.0
     colours = paint.colours()
-    assert np.allclose(colours[2, :3], np.rint(255.0 * linear(np.array(STEEL))), atol=1)
-    assert (colours[0] == scale()[-1]).all()
-    assert (colours[1] == scale()[-1]).all()
+    assert np.allclose(colours[2, :3], np.rint(255.0 * EXPOSURE * linear(np.array(STEEL))), atol=1)
+    assert (colours[0] == scale(EXPOSURE)[-1]).all()
+    assert (colours[1] == scale(EXPOSURE)[-1]).all()
 
 
 def test_light_is_that_of_the_standard() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import os
 import signal
 import sys
 import threading
@@ -15,6 +16,7 @@ from burnish.errors import InputError
 from burnish.gui.server import Server
 from burnish.gui.workshop import Workshop
 from burnish.library import Library
+from burnish.library.shelf import FOLDER
 
 
 def run(options: argparse.Namespace) -> int:
@@ -24,6 +26,8 @@ def run(options: argparse.Namespace) -> int:
     # The commander's heart is heard by a thread of its own, which must not wait long for the others.
     sys.setswitchinterval(1e-3)
     with Library.open(options.library) as library:
+        # What a job makes is entered into this library too.
+        os.environ[FOLDER] = str(library.root.resolve())
         # viser introduces itself on stdout, without the token that makes its address one.
         with contextlib.redirect_stdout(io.StringIO()):
             server = Server(library.root, options.port)

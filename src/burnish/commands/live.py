@@ -83,6 +83,7 @@ class Live(Alone):
     _looked: float = field(default=inf, init=False, repr=False)
     _excused: float = field(default=0.0, init=False, repr=False)
     _phase: tuple[str, bool] = field(default=("", False), init=False, repr=False)
+    _last: tuple[Sample, Moves, Done] | None = field(default=None, init=False, repr=False)
     _marked: tuple[Array, float] | None = field(default=None, init=False, repr=False)
 
     def tell(self, stage: str) -> None:
@@ -124,9 +125,10 @@ class Live(Alone):
             self._marked = None
         now = time.monotonic()
         phase = (job.phase, supervisor.tripped)
+        self._last = (sample, job, progress)
         if now < self._next and phase == self._phase:
             return
-        self._next, self._phase = now + SHOWN, phase
+        self._next, self._phase, self._last = now + SHOWN, phase, None
         self.box.post(
             Glance(
                 wall=now,
@@ -152,6 +154,12 @@ class Live(Alone):
                 waits_for=progress.waits_for,
             )
         )
+
+    def end(self) -> None:
+        """Show the last cycle, whether or not it was time for it."""
+        if self._last is not None:
+            self._next = 0.0
+            self.show(*self._last)
 
     def _mark(self, t: float, job: Moves, normal: Array, force: float) -> None:
         """A row of the contact track where the tool has gone on by `MARKED`."""
@@ -198,7 +206,11 @@ def watched(options: argparse.Namespace) -> Iterator[Alone]:
         yield Alone()
         return
     with Mailbox.open(options.live) as box:
-        yield Live(box=box)
+        live = Live(box=box)
+        try:
+            yield live
+        finally:
+            live.end()
 
 
 def _angle(a: Array, b: Array) -> float:

@@ -28,7 +28,7 @@ def allow(handle: Any, offer: Offer, hint: str = "") -> None:
 
 
 def guarded(
-    tell: Callable[[viser.ClientHandle | None, str], None], act: Callable[[Any], None]
+    tell: Callable[[viser.ClientHandle | None, str], None], act: Callable[[Any], object]
 ) -> Callable[[Any], None]:
     """A callback whose refusal is told instead of raised.
 

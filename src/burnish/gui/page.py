@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -19,6 +20,8 @@ from burnish.gui.stage import Offer, Stage
 from burnish.gui.teach import TeachTab
 from burnish.runtime.mailbox import Glance
 
+STILL = 1.0
+"""Age of a glance from which on no arm moves [s]: a job plans before and judges after it."""
 WATCHES = "This tab only watches; the controls are off until it commands."
 
 
@@ -83,7 +86,7 @@ class Page:
         self.stop.on_click(self.act(lambda event: bench.stop()))
         self.refresh(None)
 
-    def act(self, do: Callable[[Any], None]) -> Callable[[Any], None]:
+    def act(self, do: Callable[[Any], object]) -> Callable[[Any], None]:
         """A callback that only the commander may cause."""
 
         def checked(event: Any) -> None:
@@ -180,7 +183,7 @@ def says(bench: Bench, glance: Glance | None) -> str:
         return step.says
     job = bench.job
     stage = job.box.stage if job is not None else ""
-    if stage or glance is None:
+    if glance is None or time.monotonic() - glance.wall > STILL:
         return f"Nothing moves. Being done: {stage or 'starting the job'}."
     what = f"The arm {words.phase(glance.phase)}"
     if glance.strokes > 1:

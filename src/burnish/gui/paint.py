@@ -31,6 +31,8 @@ COVERED, OVERPOLISHED = 0.5, 1.5
 STEEL = (0.66, 0.68, 0.71)
 """sRGB of what was not touched."""
 LEVELS = 256
+EXPOSURE = 0.6
+"""Share of a colour's light that the surface has: the lamps of the picture are bright, and would wash it out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,18 +123,18 @@ class Paint:
     def colours(self) -> NDArray[np.uint8]:
         """Linear red, green, blue and alpha of every vertex, (V, 4)."""
         level = np.clip(self.depth * ((LEVELS - 1) / (FULL * self.target)), 0, LEVELS - 1).astype(np.uint8)
-        return scale()[level]
+        return scale(EXPOSURE)[level]
 
 
 @cache
-def scale() -> NDArray[np.uint8]:
+def scale(exposure: float = 1.0) -> NDArray[np.uint8]:
     """The colours of 0 to `FULL` targets, linear, (`LEVELS`, 4): the report's, but for steel that was not touched."""
     from matplotlib import colormaps
 
     levels = np.linspace(0.0, 1.0, LEVELS)
     removal = colormaps["viridis"](levels)[:, :3]
     done = np.clip(levels / 0.06, 0.0, 1.0)[:, None]
-    colours = linear((1.0 - done) * np.array(STEEL) + done * removal)
+    colours = exposure * linear((1.0 - done) * np.array(STEEL) + done * removal)
     return np.column_stack([np.rint(255.0 * colours), np.full(LEVELS, 255.0)]).astype(np.uint8)
 
 

@@ -24,7 +24,7 @@ TABLE, FELT, SENSOR = (0.62, 0.61, 0.58), (0.90, 0.84, 0.70), (0.62, 0.64, 0.66)
 PATH, DONE, REFUSED = (30, 115, 190), (120, 150, 175), (214, 40, 40)
 LIFT = 3e-4
 """How far lines hover above the surface, so that they are seen [m]."""
-CAMERA, LOOK_AT, FIELD = (0.40, -0.98, 0.66), (0.02, -0.24, 0.29), 0.8
+CAMERA, LOOK_AT, FIELD = (0.40, -0.98, 0.66), (0.02, -0.23, 0.32), 0.9
 """From where a cell is first seen [m], and how wide [rad]."""
 
 
