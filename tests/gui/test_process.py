@@ -10,7 +10,7 @@ import pytest
 from commands.test_cli import small_plate
 
 from burnish.gui.lease import Grant
-from burnish.gui.process import Process
+from burnish.gui.process import Process, swept
 from burnish.runtime.machine import Mode
 from burnish.runtime.mailbox import PATIENCE, Mailbox, Order
 
@@ -46,6 +46,18 @@ def test_only_the_grant_that_started_it_keeps_a_job_going() -> None:
     job.lost(MINE)
     assert not job.box.commanded
     assert job.close() == 0
+
+
+def test_what_a_killed_server_left_is_swept_away(tmp_path: Path) -> None:
+    # No process has a number beyond the system's largest.
+    gone, here, other = (tmp_path / name for name in ("burnish-job-99999999-x", f"burnish-job-{os.getpid()}-y", "mine"))
+    for folder in (gone, here, other):
+        folder.mkdir()
+        (folder / "mailbox").touch()
+    swept(tmp_path)
+    assert not gone.exists()
+    assert (here / "mailbox").exists()
+    assert (other / "mailbox").exists()
 
 
 def test_orders_reach_the_mailbox_and_close_orders_a_stop() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from burnish.runtime.mailbox import Mailbox, Order
 
 MEMORY = Path("/dev/shm")
 """Files that are on no disk: writing them never waits for one."""
+PREFIX = "burnish-job-"
+"""With what the name of a job's folder begins; the number of the server's process follows."""
 TAIL = 8192
 """What is kept of a job's words [bytes]."""
 PATIENCE = 60.0
@@ -28,7 +31,9 @@ class Process:
     def __init__(self, words: Sequence[str], grant: Grant) -> None:
         """Start ``burnish words… --live MAILBOX``, commanded by whoever holds this grant, and nobody else."""
         self.words, self.grant = tuple(words), grant
-        self._folder = Path(tempfile.mkdtemp(prefix="burnish-job-", dir=MEMORY if MEMORY.is_dir() else None))
+        where = MEMORY if MEMORY.is_dir() else Path(tempfile.gettempdir())
+        swept(where)
+        self._folder = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-", dir=where))
         self.box = Mailbox.create(self._folder / "mailbox")
         self.box.beat()
         self._log: IO[bytes] = (self._folder / "log").open("w+b")
@@ -90,3 +95,11 @@ class Process:
             self.box.close()
             shutil.rmtree(self._folder, ignore_errors=True)
         return outcome
+
+
+def swept(where: Path) -> None:
+    """Remove what servers that are no more have left; a job that still runs keeps the memory it has mapped."""
+    for folder in where.glob(f"{PREFIX}*-*"):
+        number = folder.name.removeprefix(PREFIX).partition("-")[0]
+        if number.isdigit() and not Path(f"/proc/{number}").exists():
+            shutil.rmtree(folder, ignore_errors=True)

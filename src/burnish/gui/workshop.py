@@ -29,8 +29,6 @@ PAINTED, DRAWN = 4, 5
 """Looks from one painting of the mould, and from one drawing of the curves, to the next."""
 PATIENCE = 1.0
 """Time that a page has to show that it is there, when it wants the command [s]."""
-EAGER = 10.0
-"""Time in which a page that found nobody in command takes it by itself, if nothing moves [s]."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class Workshop:
         self.bench = Bench(library, server.start)
         self.scene = Scene(server.viser.scene)
         self.pages: dict[int, Page] = {}
-        self._eager: dict[int, float] = {}
+        self._eager: set[int] = set()
         self.commander = -1
         """The client who commands, or who did last."""
         self._model = Model.jaco2()
@@ -189,19 +187,19 @@ class Workshop:
         with self._lock:
             self.pages[client.client_id] = page
             if self.server.lease.grant is None and self.commander not in self.pages:
-                self._eager[client.client_id] = time.monotonic()
+                self._eager.add(client.client_id)
 
     def _farewell(self, client: viser.ClientHandle) -> None:
         with self._lock:
             self.pages.pop(client.client_id, None)
-            self._eager.pop(client.client_id, None)
+            self._eager.discard(client.client_id)
 
     def _offer_command(self, client: int) -> None:
-        """While nothing moves, whoever commanded last goes on, and the first page begins; others have to want it."""
+        """While nothing moves: whoever commanded last goes on, and so does a page that found nobody when it came."""
         grant = self.server.lease.grant
         if grant is not None:
             self.commander = grant.who
+            self._eager.clear()
         elif not self.bench.live:
-            eager = time.monotonic() - self._eager.get(client, -np.inf) < EAGER
-            if client == self.commander or (eager and self.commander not in self.pages):
+            if client == self.commander or (client in self._eager and self.commander not in self.pages):
                 self.server.take(client)
