@@ -116,11 +116,12 @@ class Bench:
         seconds = time.perf_counter() - start
         depth = sum(self._depth(stroke) for stroke in strokes)
         points = np.concatenate([stroke.points for stroke in strokes])[::SAMPLED]
-        mesh = trimesh.Trimesh(self.mould.vertices, self.mould.faces, process=False)
+        # In millimetres: in metres trimesh takes small triangles for points, and is wrong by 0.2 mm.
+        mesh = trimesh.Trimesh(1e3 * self.mould.vertices, self.mould.faces, process=False)
         return Planned(
             strokes=strokes,
             judged=coverage(np.asarray(depth), passes * self.target, self.surface.areas, self.counted),
-            off_surface=float(trimesh.proximity.closest_point(mesh, points)[1].max()),
+            off_surface=1e-3 * float(trimesh.proximity.closest_point(mesh, 1e3 * points)[1].max()),
             seconds=seconds,
         )
 

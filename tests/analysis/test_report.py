@@ -122,7 +122,8 @@ def test_the_glossary_knows_the_figures_of_the_file():
     assert set(GLOSSARY) == set(
         "force_set_N force_rms_N force_mean_N force_p99_N touch_peak_N contact_lost_pct tilt_rms_deg tilt_max_deg "
         "feed_rms_pct coverage_pct overpolished_pct removal_cv_pct removal_mean_um path_length_m duration_s "
-        "realtime_factor cycles late_cycles supervisor_events seed mould arm sensor rate_Hz".split()
+        "realtime_factor cycles late_cycles supervisor_events seed mould arm sensor rate_Hz "
+        "coverage_before_pct removal_cv_before_pct".split()
     )
 
 

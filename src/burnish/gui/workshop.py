@@ -200,6 +200,7 @@ class Workshop:
         if grant is not None:
             self.commander = grant.who
             self._eager.clear()
-        elif not self.bench.live:
-            if client == self.commander or (client in self._eager and self.commander not in self.pages):
-                self.server.take(client)
+            return
+        found_nobody = client in self._eager and self.commander not in self.pages
+        if not self.bench.live and (client == self.commander or found_nobody):
+            self.server.take(client)

@@ -137,8 +137,8 @@ def time_path(
     rate = (speed[k + 1] - speed[k]) / (t[k + 1] - t[k])
     at = np.clip(s[k] + speed[k] * rest + 0.5 * rate * rest**2, 0.0, s[-1])
     c, n, z = (
-        _smooth(np.column_stack([np.interp(at, s, rows[:, i]) for i in range(3)]), dt)
-        for rows in (points, normals, axes)
+        _smooth(np.column_stack([np.interp(at, s, rows[:, i]) for i in range(3)]), dt, window)
+        for rows, window in ((points, ROUNDED), (normals, TURNED), (axes, TURNED))
     )
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     z /= np.linalg.norm(z, axis=1, keepdims=True)
@@ -227,6 +227,9 @@ ZERO6 = np.zeros(6)
 
 TURN_RATE = 0.3
 """Largest angular speed of the tool on a path [rad/s]: over a fillet the wrist sets the pace, not the feed."""
+ROUNDED, TURNED = 0.05, 0.15
+"""Time over which the place of the tool and its axis are averaged [s]. Where a plane goes over into a fillet the tool
+has to begin to turn at once, with `TURN_RATE`; within 0.05 s the first joint would be too fast for it."""
 START_ACCELERATION = 0.02
 """From rest and to rest [m/s²]: stuck joints break away one after the other, and slowly is gently."""
 
@@ -258,7 +261,7 @@ def _axial(R: Array) -> Array:
     return 0.5 * np.column_stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]])
 
 
-def _smooth(values: Array, dt: float, window: float = 0.05) -> Array:
+def _smooth(values: Array, dt: float, window: float) -> Array:
     """Moving average over ``window`` seconds, ends held: rounds the corners that sampling leaves."""
     half = max(1, round(0.5 * window / dt))
     padded = np.concatenate([np.repeat(values[:1], half, 0), values, np.repeat(values[-1:], half, 0)])
