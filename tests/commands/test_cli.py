@@ -176,12 +176,11 @@ def test_clamp_left_on_the_mould_stops_the_arm_with_3_and_a_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # 12 mm of steel in the way of the tip: too steep to climb, so the force along the path grows to the limit of 25 N.
-    robots: list[SimRobot] = []
+    runs: list[tuple[Job, SimRobot]] = []
 
     def on_another_mould(grid: DistanceGrid, *given: Any, **named: Any) -> tuple[Job, SimRobot]:
-        job, robot = cellsim.simulated_job(grid, *given, **named, real_grid=with_block(grid, 0.012, 0.02, 0.022))
-        robots.append(robot)
-        return job, robot
+        runs.append(cellsim.simulated_job(grid, *given, **named, real_grid=with_block(grid, 0.012, 0.02, 0.022)))
+        return runs[-1]
 
     monkeypatch.setattr(work, "simulated_job", on_another_mould)
     mesh, out = small_plate(tmp_path / "p.stl", size=60.0), tmp_path / "run"
@@ -191,9 +190,11 @@ def test_clamp_left_on_the_mould_stops_the_arm_with_3_and_a_report(
     assert cause is not None, said
     assert cause[0] in (out / "report.html").read_text()
     assert json.loads((out / "metrics.json").read_text())["supervisor_events"] == 1
-    t, force = robots[0].truth.force()
-    # It presses hardest at the trip, is mostly off 50 ms later, and has left the steel for good soon after.
-    trip = t[force.argmax()]
+    job, robot = runs[0]
+    (t, force), event = robot.truth.force(), job.rig.supervisor.event
+    # From the measurement that trips on: it is mostly off 50 ms later, and has left the steel for good soon after.
+    assert event is not None
+    trip = event.t
     assert force.max() > 20.0
     assert force[(t > trip + 0.05) & (t < trip + 0.06)].max() < 0.5 * force.max()
     assert force[t > trip + 0.2].max() == 0.0

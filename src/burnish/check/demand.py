@@ -37,8 +37,9 @@ def demand(
     """The joints' speed and torque with the tool pressed on and rubbing.
 
     ``q̇ = J⁺ v``, ``q̈ = J⁺ (a − J̇ q̇)``, ``τ = M q̈ + h + g − Jᵀ F`` with F = f (n − μ v/|v|) on the tool, or with the
-    drag of a tip that a spindle turns; its moment, a few N·mm, and joint friction are not in it. J⁺, M, h, g and J̇ q̇ are interpolated between poses that are a few millimetres apart, over
-    which they change by about one per cent; twist and force are those of each node.
+    drag of a tip that a spindle turns; its moment, a few N·mm, and joint friction are not in it. J⁺, M, h, g and J̇ q̇
+    are interpolated between poses that are a few millimetres apart, over which they change by about one per cent; twist
+    and force are those of each node.
 
     Args:
         model: the arm with its tool.

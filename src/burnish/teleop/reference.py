@@ -83,8 +83,8 @@ class Leash:
     def __post_init__(self) -> None:
         if not all(0.0 < value < 1.0 for value in vars(self).values()):
             raise InputError(
-                f"Leash: {self.position} m, {self.angle} rad, {self.joints} rad of the joints; expected more than 0 and less "
-                "than 1"
+                f"Leash: {self.position} m, {self.angle} rad, {self.joints} rad of the joints; expected more "
+                "than 0 and less than 1"
             )
 
 
