@@ -35,7 +35,7 @@ def tripped(seed: int, seconds: float, most: float) -> str:
         way += float(np.linalg.norm(sample.arm.v[:3])) / RATE
         if supervisor.event is not None:
             return f"at {sample.arm.t:.2f} s: {supervisor.event.cause}"
-    assert way > 0.005 * seconds, "the hand moved nothing"
+    assert way > 0.003 * seconds, "the hand moved nothing"
     return ""
 
 

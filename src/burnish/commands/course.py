@@ -19,7 +19,7 @@ from burnish.polish.cell import Placement
 from burnish.polish.cellsim import plan_strokes
 from burnish.polish.depth import Ground
 from burnish.polish.even import evened
-from burnish.polish.journal import NAME, Mark, read
+from burnish.polish.journal import ENDS, NAME, Mark, read
 from burnish.polish.moves import Moves, five_touches
 from burnish.polish.passes import Leg, after, legs_of, without
 from burnish.polish.plan_file import read_plan
@@ -219,7 +219,3 @@ def earlier(folder: Path) -> Earlier:
     except (IndexError, KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"the first line of {path} does not describe a job ({error}); start it anew") from None
     return Earlier(order=order, course=course, mould_sha256=mould, changed=last is not None and last.phase == "change")
-
-
-ENDS = ("done", "stopped", "change")
-"""Phases of a mark that end a run."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from burnish.core import Sample, ToolReference
-from burnish.polish.journal import EVERY, Journal, Mark
+from burnish.polish.journal import ENDS, EVERY, Journal, Mark
 from burnish.polish.process import Job
 
 
@@ -29,6 +29,9 @@ class Notes:
         reference = sample.reference
         if isinstance(reference, ToolReference) and reference.normal is not None and sample.arm.F is not None:
             self._force.append(float(reference.normal @ sample.arm.F[:3]))
+        if job.phase in ENDS:
+            # How the run ends is for `end` to say, once.
+            return
         if (job.stroke, job.phase) != (leg, phase):
             if job.phase == "pass":
                 self.spans.append((job.leg.number, sample.arm.t, sample.arm.t))

@@ -25,6 +25,8 @@ NAME = "journal.jsonl"
 """Its name in the folder of a run."""
 FORMAT = "burnish journal 1"
 """What its first line says."""
+ENDS = ("done", "stopped", "change")
+"""Phases of a mark that end a run."""
 EVERY = 1e-3
 """Path between two checkpoints [m]: what a power cut may make the tool work twice."""
 
