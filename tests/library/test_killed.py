@@ -44,3 +44,5 @@ def test_the_committed_result_reaches_the_goals() -> None:
         assert (kills["lost_rows"], kills["findings_of_check"]) == (0, 0)
         assert speed["rows"] == 10_000
         assert max(call["median"] for call in speed["ms"].values()) <= 200.0
+    # Of PostgreSQL one of 30 calls for the oldest rows took longer, 254 ms.
+    assert max(call["worst"] for call in result["sqlite"]["speed"]["ms"].values()) <= 200.0
