@@ -127,6 +127,7 @@ CASES = (
         sensor="joint",
         goals=(*force_goals(None), TILT, *COVERED),
     ),
+    Case(name="mould, honest, 20 mm/s", mould="mould", arm="honest", goals=(*force_goals(None), TILT, *COVERED)),
 )
 
 
