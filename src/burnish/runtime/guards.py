@@ -30,6 +30,8 @@ LATE = 1.5
 LATE_IN_A_ROW, LATE_OF_HUNDRED = 3, 5
 BACK = 0.05
 """By which a clock may go back before it counts as another clock [s]; what is less is a reading come late."""
+PAUSE = 0.5
+"""Longest time between two samples in which a joint may have moved on [s]; beyond, the clock has leapt."""
 STALE = 2
 """Samples without a newer measurement, of the arm or of one joint, that stop the arm."""
 NOTICEABLE = 1e-3
@@ -117,7 +119,7 @@ class Guards:
         if not (isfinite(arm.t) and len(arm.q) == len(arm.dq) == n and (arm.tau is None or len(arm.tau) == n)):
             return False
         q = arm.q.tolist()
-        before, dt = (q, 0.0) if self._q is None else (self._q, arm.t - self._t)
+        before, dt = (q, 0.0) if self._q is None else (self._q, min(arm.t - self._t, PAUSE))
         off = LYING * dt
         tau = self._still if arm.tau is None else arm.tau.tolist()
         rows = zip(q, before, arm.dq.tolist(), tau, self._calm_rows, strict=True)
@@ -225,7 +227,7 @@ class Guards:
             if abs(dq) > limit:
                 return Cause(f"joint {i + 1} moved at {abs(dq):.2f} rad/s; the limit is {limit:.2f} rad/s")
         if self._q is not None:
-            dt = arm.t - self._t
+            dt = min(arm.t - self._t, PAUSE)
             for i, (q, before, dq) in enumerate(zip(arm.q.tolist(), self._q, speeds, strict=True)):
                 if abs(q - before - dq * dt) > JUMP + abs(dq) * dt:
                     return Cause(f"joint {i + 1} jumped by {degrees(q - before):.1f}° within {1e3 * dt:.0f} ms")

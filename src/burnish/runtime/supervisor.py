@@ -14,6 +14,7 @@ from burnish.runtime.guards import JUMP, NEARLY, SLOW, Guards, finite, mobility
 from burnish.runtime.limits import Limits as Limits
 from burnish.runtime.machine import Cause, Machine, Mode
 from burnish.runtime.machine import Event as Event
+from burnish.runtime.swing import Swing
 
 SHORTEST, LONGEST = 1e-4, 0.5
 """Shortest and longest time between two readings that is believed in a hold [s]."""
@@ -45,8 +46,9 @@ class Supervisor(Machine):
     Near a limit the torque is softened first: a joint or a tool that is fast is braked, a joint near its limit is
     pushed back. A trip latches: from then on every torque is the safe one, ``g − D q̇ + K (q₀ − q)`` about the joint
     positions of that instant; after too much tool force q₀ lies a little way back along the force. Speeds are then
-    those of the positions, and a joint whose reading has jumped is left to its weight. No exception leaves it, and
-    nothing but `acknowledge` or `reset` ends it; `Machine` has the states that there are.
+    those of the positions, a joint whose reading has jumped is left to its weight, and one that swings all the more is
+    held the softer. No exception leaves it, and nothing but `acknowledge` or `reset` ends it; `Machine` has the
+    states that there are.
     """
 
     limits: Limits
@@ -58,6 +60,7 @@ class Supervisor(Machine):
     """Cycles in which a joint or the tool was braked, or a joint pushed back from its limit."""
     _guards: Guards = field(init=False, repr=False)
     _hold: Array = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
+    _swing: Swing = field(init=False, repr=False)
     sound: bool = field(default=True, init=False)
     """Whether the last measurement passed its checks."""
     _wanted: Cause | None = field(default=None, init=False, repr=False)
@@ -174,6 +177,7 @@ class Supervisor(Machine):
         if stopped or len(self._hold) == 0:
             # What was never seen has no place to be held at, and gets its weight.
             self._hold = q + self._way_back(arm) if seen and stopped else q - self._jumps
+            self._swing = Swing(share=np.ones(len(limits.torque)))
         if seen and finite(arm.g) and jumped is None:
             self._weight = arm.g
         if len(self._weight) == 0:
@@ -181,7 +185,7 @@ class Supervisor(Machine):
         if self.mode not in (Mode.HOLD, Mode.FAULT):
             # Not in torque mode: wherever it is taken, there is nothing to pull it back to.
             return self._weight
-        held = limits.stiffness * (self._hold - q) - limits.damping * dq
+        held = self._swing.at(dq) * (limits.stiffness * (self._hold - q) - limits.damping * dq)
         return np.asarray(self._weight + np.where(trusted & np.isfinite(held), held, 0.0))
 
     def _believed(self, arm: Dynamics, period: float) -> tuple[Array, Array, NDArray[np.bool_]]:
