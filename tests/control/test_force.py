@@ -339,16 +339,23 @@ def test_force_puts_in_no_more_than_the_tank_and_the_dampers_give(damping: float
     work, damped, _ = pushed_into_nothing(law, seconds)
     # Emptied: the bound is reached. Without D_n the light arm comes to 1 m/s; the rounding of its torques is 1e-9 J.
     assert law.energy < 0.1 / 6.0
-    assert work <= 0.1 + damped + 1e-6
+    assert work <= 0.1 + damped + law.supply * seconds + 1e-6
     assert work > 0.08
 
 
 def test_tool_lunges_no_farther_than_the_tank_lasts() -> None:
-    law = fresh(tank=0.1)
+    law = fresh(tank=0.1, supply=0.0)
     _, _, way = pushed_into_nothing(law, 2.0)
     # f is 10 N and more; the last sixth of the tank fades, and the tool coasts for 10 kg/260 N·s/m at 0.05 m/s.
     assert way < 0.1 / 10.0 + 2e-3
     assert law.energy < 0.1 / 6.0
+
+
+def test_tool_with_an_empty_tank_creeps_by_what_is_supplied() -> None:
+    laws = [fresh(tank=0.1) for _ in range(2)]
+    ways = [pushed_into_nothing(law, seconds)[2] for law, seconds in zip(laws, (1.5, 2.0), strict=True)]
+    # D_n v² = supply.
+    assert (ways[1] - ways[0]) / 0.5 == pytest.approx((laws[0].supply / laws[0].normal_damping) ** 0.5, rel=0.2)
 
 
 def test_tool_without_a_tank_would_go_on() -> None:
@@ -368,6 +375,15 @@ def test_tool_that_stands_and_presses_takes_nothing_from_the_tank() -> None:
     law = fresh(tank=0.1)
     feel(law, 6.0, 8.0, 3000)
     assert law.energy == 0.1
+
+
+def test_tank_is_refilled_by_what_friction_eats_in_any_case() -> None:
+    law = fresh(tank=0.1, supply=5e-3)
+    feel(law, 6.0, 8.0, 1000)
+    law._tank.add(-0.05)
+    feel(law, 6.0, 8.0, 2000)
+    # A second at rest: a pass of a quarter of an hour does not run dry by friction alone.
+    assert law.energy == pytest.approx(0.05 + 5e-3, abs=1e-5)
 
 
 def test_reset_fills_the_tank() -> None:

@@ -50,12 +50,13 @@ class ForceMotion:
     Force and integrals are not passive. At the velocity against the reference, ṽ = v − v_d, they put in the power P,
     and the dampers along the surface and in orientation take D out:
 
-        P = ṽᵀ (Λ P K_i ∫e − n c f),    D = ṽᵀ Λ P K_d ṽ,    ∫ α P dt  ≤  tank + ∫ max(D, 0) dt  at every instant
+        P = ṽᵀ (Λ P K_i ∫e − n c f),    D = ṽᵀ Λ P K_d ṽ,    ∫ α P dt  ≤  tank + ∫ max(D, 0) + supply dt
 
-    because both terms are scaled by the α of an `EnergyTank`. With Λ constant the stored energy
-    ½ ṽᵀΛṽ + ½ eᵀΛK_p e so grows by no more than `tank` and what the contact does to the tool. Not counted is what
-    belongs to the reference: a_d, seeking, and both frictions at the planned motion. D_n refills nothing, so the tool
-    lunges no farther than tank/f into what gives way. With energy left, α is 1. `reset` fills the tank.
+    at every instant, because both terms are scaled by the α of an `EnergyTank`. With Λ constant the stored energy
+    ½ ṽᵀΛṽ + ½ eᵀΛK_p e so grows by no more than `tank`, `supply` and what the contact does to the tool; friction eats
+    the supply, and without it would empty the tank in a pass of a quarter of an hour. Not counted is what belongs to
+    the reference: a_d, seeking, and both frictions at the planned motion. D_n refills nothing, so the tool lunges no
+    farther than tank/f into what gives way. With energy left, α is 1. `reset` fills the tank.
 
     Gravity is included. Source: the operational-space law of the blog (Khatib), thesis B ch. 4 for the impedance
     along the surface; force along the normal, its fading and the friction feed-forward are ours.
@@ -99,6 +100,8 @@ class ForceMotion:
     """The tip, if a spindle turns it; None only slides."""
     tank: float = 0.3
     """Energy that force and integrals may put in beyond what they get back [J]: 10 N over 30 mm."""
+    supply: float = 2e-3
+    """Power that they may put in for good [W]; with an empty tank it pushes the tool into nothing at 3 mm/s."""
     _integral: list[float] = field(default_factory=lambda: [0.0] * 6, init=False, repr=False)
     _force_integral: float = field(default=0.0, init=False, repr=False)
     _contact: float = field(default=0.0, init=False, repr=False)
@@ -164,7 +167,7 @@ class ForceMotion:
         counted = [d * s + share * i for d, s, i in gains]
         feedback = [k * x + y for k, x, y in zip(kp, e, counted, strict=True)]
         momentum = Lambda.dot(lag).tolist()
-        energy = dt * sum(map(mul, momentum, counted))
+        energy = dt * (self.supply + sum(map(mul, momentum, counted)))
         held = NOTHING
         if reference.normal is not None and arm.F is not None:
             n = reference.normal.tolist()
