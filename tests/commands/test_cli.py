@@ -162,6 +162,20 @@ def test_polish_writes_its_files_and_all_metrics(tmp_path: Path, capsys: pytest.
     assert printed.err == "", "no progress bar in a pipe"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("mould", "seed", "tilt"), [("mould", "3", 2.5), ("plate", "4", 0.5)])
+def test_whole_bundled_moulds_are_polished(tmp_path: Path, mould: str, seed: str, tilt: float) -> None:
+    # One has fillets, at which the tool has to turn; the other is one pass of a quarter of an hour. Their worst seeds.
+    out = tmp_path / "run"
+    assert main(["polish", "--mould", mould, "--seed", seed, "--out", str(out)]) == 0
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert metrics["force_rms_N"] < 0.5
+    assert metrics["coverage_pct"] > 98.0
+    assert metrics["overpolished_pct"] < 3.0
+    assert metrics["tilt_rms_deg"] < tilt
+    assert metrics["supervisor_events"] == 0
+
+
 def with_block(grid: DistanceGrid, start: float, end: float, top: float) -> DistanceGrid:
     """The grid with a block of steel on it from x = ``start`` to ``end``, ``top`` high [m]."""
     x, y, z = (grid.origin[i] + grid.spacing * np.arange(grid.values.shape[i]) for i in range(3))
