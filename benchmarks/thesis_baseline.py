@@ -125,7 +125,7 @@ class Cell:
         with robot:
             for sample in job.run():
                 log.add(sample)
-        found = evaluate(log, robot.truth, self.mould, self.grid, self.recipe, self.tool).metrics
+        found = evaluate(log, robot.truth, self.mould, self.grid, self.recipe, self.tool, job.placement.R).metrics
         event = supervisor.event
         return {name: found[name] for name in FIGURES if name in found} | {
             "seed": seed,

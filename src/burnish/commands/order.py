@@ -102,7 +102,7 @@ class Order:
         Raises:
             MouldError: it cannot be worked.
         """
-        return Mould.load(self.mould, None if self.unit == AUTO else self.unit)
+        return Mould.load(self.mould, named(self.unit))
 
     @property
     def recipe(self) -> Recipe:
@@ -116,3 +116,8 @@ class Order:
     def as_metadata(self) -> dict[str, str]:
         """Names and values, every number with all its digits."""
         return {field.name: str(getattr(self, field.name)) for field in fields(self)}
+
+
+def named(unit: str) -> str | None:
+    """The unit of a mould's file, where one was named."""
+    return None if unit == AUTO else unit

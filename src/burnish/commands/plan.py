@@ -14,7 +14,7 @@ from burnish.check.ways import jaco2_workplace
 from burnish.commands.course import Course
 from burnish.commands.mending import Worn
 from burnish.commands.options import check_writable
-from burnish.commands.order import AUTO
+from burnish.commands.order import named
 from burnish.commands.progress import Progress
 from burnish.errors import InputError
 from burnish.polish.cellsim import SLIDE, TURN, check_size, half_size
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     check_writable(path.parent)
     mending = None
     if options.repair is None:
-        course, mould = Course(recipe=_recipe(options)), Mould.load(options.mould, _unit(options))
+        course, mould = Course(recipe=_recipe(options)), Mould.load(options.mould, named(options.unit))
     else:
         worn = Worn.asked(options)
         with Progress() as progress:
@@ -64,11 +64,6 @@ def run(options: argparse.Namespace) -> int:
         depth = planned_depth(recipe, ground, plan.strokes) + (0.0 if mending is None else mending.depth)
         print(f"  removal       {says(ground.judged(depth, wanted), wanted)}")
     return 0
-
-
-def _unit(options: argparse.Namespace) -> str | None:
-    """The unit of the mould's file, where one was named."""
-    return None if options.unit == AUTO else str(options.unit)
 
 
 def _recipe(options: argparse.Namespace) -> Recipe:

@@ -11,7 +11,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from burnish.commands.order import ARMS
+from burnish.commands.order import ARMS, named
 from burnish.commands.real_arm import RealArm, confirmed, found
 from burnish.commands.work import model_hash, versions
 from burnish.control import OperationalSpace
@@ -135,7 +135,7 @@ def _simulated(options: argparse.Namespace, rate: float) -> tuple[Rig, Paced | R
         robot = SimRobot(HOME, rate=rate, plant=arm.plant, hand=Hand())
         rig = Rig(robot, _model(arm), Supervisor(limits=limits, period=1.0 / rate))
     else:
-        mould, tool = Mould.load(options.mould, options.unit), PolishingTool()
+        mould, tool = Mould.load(options.mould, named(options.unit)), PolishingTool()
         check_size(mould, tool)
         placement = nominal_placement(float(mould.vertices[:, 2].max()))
         workpiece = Workpiece(grid=DistanceGrid.of(mould), p=placement.p, R=placement.R)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from burnish.commands.order import ARMS, SENSES, UNITS
+from burnish.commands.order import ARMS, SENSES, UNITS, named
 from burnish.commands.work import model_hash, tool_hash, versions
 from burnish.errors import InputError, RecordingError
 from burnish.model.tool import PolishingTool
@@ -24,7 +24,7 @@ class Place:
     """The simulated arm and its mould, by the words of the command line; checked."""
 
     mould: str
-    """Bundled name or path of an STL file."""
+    """Bundled name or path of a mesh."""
     unit: str
     """Unit of that file."""
     arm: str
@@ -78,7 +78,7 @@ class Place:
         Raises:
             InputError: if the mould cannot be read, or is out of the arm's reach.
         """
-        mould, tool = Mould.load(self.mould, self.unit), PolishingTool()
+        mould, tool = Mould.load(self.mould, named(self.unit)), PolishingTool()
         check_size(mould, tool)
         arm = ARMS[self.arm](self.seed)
         return Cell.of(arm, mould, DistanceGrid.of(mould), self.rate, SENSES[self.sensor], tool)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from burnish.commands.options import MOULDS, add_live
+from burnish.commands.options import MOULDS, add_live, add_unit
 
 ENDINGS = (
     "The arm is simulated. Exit status: 0 done; 2 refused; 3 the supervisor stopped the arm; 130 interrupted or the "
@@ -16,7 +16,7 @@ def add_teach(parser: argparse.ArgumentParser) -> None:
     """The options of ``burnish teach``."""
     parser.epilog = f"Enter: to the ready pose. R: record. E: store and go home. Space: cancel. {ENDINGS}"
     parser.add_argument("--mould", default="dome", metavar="NAME|FILE.stl", help=f"{MOULDS} (default: dome)")
-    _add_unit(parser)
+    add_unit(parser)
     parser.add_argument(
         "--device",
         default="auto",
@@ -64,7 +64,7 @@ def add_replay(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE.stl",
         help="the mould's file if it is not bundled (default: that of the recording)",
     )
-    _add_unit(parser)
+    add_unit(parser)
     parser.add_argument(
         "--arm", choices=("ideal", "honest", "honest-stiff"), help="simulated arm (default: that of the recording)"
     )
@@ -72,12 +72,6 @@ def add_replay(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rate", type=float, metavar="HZ", help="control rate, 50 to 1000 Hz (default: as recorded)")
     parser.add_argument("--seed", type=int, metavar="K", help="seed of all random errors (default: as recorded)")
     _add_running(parser, "press Enter wherever it is waited for")
-
-
-def _add_unit(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--unit", default="mm", choices=("mm", "m", "inch"), help="unit of an STL file, which names none (default: mm)"
-    )
 
 
 def _add_running(parser: argparse.ArgumentParser, yes: str) -> None:

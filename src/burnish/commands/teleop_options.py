@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from burnish.commands.options import MOULDS
+from burnish.commands.options import MOULDS, add_unit
 
 
 def add_teleop(parser: argparse.ArgumentParser) -> None:
@@ -67,9 +67,7 @@ def add_teleop(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE.stl",
         help=f"what lies under the polishing tool: {MOULDS} (default: none, and a bare hand)",
     )
-    parser.add_argument(
-        "--unit", default="mm", choices=("mm", "m", "inch"), help="unit of an STL file, which names none (default: mm)"
-    )
+    add_unit(parser)
     parser.add_argument(
         "--rate", type=float, metavar="HZ", help="control rate, 50 to 1000 Hz (default: 100, ideal arm 1000)"
     )
