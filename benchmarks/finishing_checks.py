@@ -128,7 +128,8 @@ def bad_plans(seed: int = 0) -> Iterator[Bad]:
 
     def changed(**changes: Callable[[Stroke], Array]) -> tuple[Stroke, ...]:
         one = good[1]
-        return good[0], replace(one, **{name: change(one) for name, change in changes.items()})
+        arrays: dict[str, Any] = {name: change(one) for name, change in changes.items()}
+        return good[0], replace(one, **arrays)
 
     def one_point(values: Array, value: Any) -> Array:
         new = np.array(values)
@@ -244,7 +245,7 @@ def counted() -> Iterator[Motion]:
         motion.writes += 1
         return write(robot, command)
 
-    SimRobot.write = counting  # type: ignore[method-assign]
+    SimRobot.write = counting  # type: ignore[method-assign, assignment]
     try:
         yield motion
     finally:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from burnish.core import Array
 from burnish.finish.curvature import mean_curvature
@@ -84,7 +85,7 @@ class Bench:
     reach: Reach
     law: Removal
     surface: WorkingSurface
-    counted: Array
+    counted: NDArray[np.bool_]
     """Vertices that count, (V,)."""
     target: float
     """[m]."""
@@ -118,10 +119,11 @@ class Bench:
         points = np.concatenate([stroke.points for stroke in strokes])[::SAMPLED]
         # In millimetres: in metres trimesh takes small triangles for points, and is wrong by 0.2 mm.
         mesh = trimesh.Trimesh(1e3 * self.mould.vertices, self.mould.faces, process=False)
+        off = trimesh.proximity.closest_point(mesh, 1e3 * points)[1]  # type: ignore[no-untyped-call]
         return Planned(
             strokes=strokes,
             judged=coverage(np.asarray(depth), passes * self.target, self.surface.areas, self.counted),
-            off_surface=1e-3 * float(trimesh.proximity.closest_point(mesh, 1e3 * points)[1].max()),
+            off_surface=1e-3 * float(off.max()),
             seconds=seconds,
         )
 

@@ -75,6 +75,7 @@ def serve(pipe: Connection, box: str, library: str) -> None:
             if asked == "url":
                 pipe.send(server.url())
             elif asked == "painted":
+                assert workshop.scene.paint is not None
                 pipe.send((len(workshop.scene.paint.depth), painted[:]))
                 painted.clear()
         workshop.stop()
@@ -85,14 +86,17 @@ def view(address: str) -> None:
     """A viewer's process: takes all that the server sends."""
     import viser
     from websockets.sync.client import connect
+    from websockets.typing import Origin, Subprotocol
 
-    host, port, token = re.fullmatch(r"http://([\d.]+):(\d+)/\?token=(\S+)", address).groups()
+    found = re.fullmatch(r"http://([\d.]+):(\d+)/\?token=(\S+)", address)
+    assert found is not None
+    host, port, token = found.groups()
     ask = http.client.HTTPConnection(host, int(port), timeout=30)
     ask.request("GET", f"/?token={token}", headers={"Host": f"{host}:{port}"})
-    cookie = ask.getresponse().getheader("Set-Cookie").split(";")[0]
+    cookie = str(ask.getresponse().getheader("Set-Cookie")).split(";")[0]
     with connect(
-        f"ws://{host}:{port}/", additional_headers={"Cookie": cookie}, origin=f"http://{host}:{port}",
-        subprotocols=[f"viser-v{viser.__version__}"], max_size=None,
+        f"ws://{host}:{port}/", additional_headers={"Cookie": cookie}, origin=Origin(f"http://{host}:{port}"),
+        subprotocols=[Subprotocol(f"viser-v{viser.__version__}")], max_size=None,
     ) as socket:  # fmt: skip
         for _ in socket:
             pass
@@ -198,6 +202,7 @@ def main() -> None:
         server = context.Process(target=serve, args=(answers, str(box.path), library), daemon=True)
         job.start()
         server.start()
+        assert server.pid is not None
         viewers: list[Any] = []
 
         def add_viewer() -> None:

@@ -140,7 +140,8 @@ def requests(folder: Path) -> dict[str, Any]:
     (root / "link.html").symlink_to(folder / "secret.html")
     files = {"1": root / "report.html", "out": root / ".." / "secret.html", "link": root / "link.html", "folder": root}
     counts: dict[str, int] = {}
-    accepted, leaked, statuses = [], 0, {}
+    accepted: list[tuple[str, bytes]] = []
+    leaked, statuses = 0, dict[str, int]()
     with Server(root, port=0) as server:
         server.pages.add("report", lambda name: Page(path=files[name]) if name in files else None)
         named = [("Host", f"127.0.0.1:{server.port}"), ("Cookie", cookie(server))]
@@ -307,7 +308,12 @@ def goes_on(out: Path) -> bool:
 
     grant = Grant(number=1, who=1)
     job = Process(["polish", "--resume", str(out)], grant)
-    mid_contact(job, lambda: (job.beat(grant, time.monotonic()), time.sleep(0.01)))
+
+    def wait() -> None:
+        job.beat(grant, time.monotonic())
+        time.sleep(0.01)
+
+    mid_contact(job, wait)
     job.stop()
     while job.outcome is None:
         job.beat(grant, time.monotonic())

@@ -26,9 +26,10 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta, timezone
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -124,17 +125,17 @@ def work(folder: Path, url: str | None, seed: int, say: Callable[[dict[str, Any]
                 # The id follows from the file.
                 identifier = identity(RecipeRow, hashlib.sha256(recipe.read_bytes()).hexdigest())
                 will: State = {"name": word, "tags": [], "binned": False}
-                rows.append(does(identifier, will, lambda word=word: library.add_recipe(recipe, name=word)))
+                rows.append(does(identifier, will, partial(library.add_recipe, recipe, name=word)))
                 continue
             row = rows.pop(rng.randrange(len(rows)))
             now = state_of(row) or {}
             if choice < 0.6:
-                rows.append(does(row.id, now | {"name": word}, lambda row=row, word=word: library.rename(row, word)))
+                rows.append(does(row.id, now | {"name": word}, partial(library.rename, row, word)))
             elif choice < 0.8:
                 will = now | {"tags": sorted({*now["tags"], word})}
-                rows.append(does(row.id, will, lambda row=row, word=word: library.tag(row, word)))
+                rows.append(does(row.id, will, partial(library.tag, row, word)))
             elif choice < 0.88:
-                does(row.id, now | {"binned": True}, lambda row=row: library.bin(row))
+                does(row.id, now | {"binned": True}, partial(library.bin, row))
             else:
                 rows.append(row)
                 if choice < 0.93:
@@ -154,11 +155,16 @@ def begin(folder: Path, url: str | None, seed: int) -> tuple[int, int]:
         os.close(write)
         return process, read
     try:
-        work(folder, url, seed, lambda told: os.write(write, (json.dumps(told) + "\n").encode()) and None)
+        work(folder, url, seed, lambda told: _say(write, told))
     except BaseException as error:  # noqa: BLE001  Told to the parent, which ends with it.
-        os.write(write, (json.dumps({"error": f"{type(error).__name__}: {error}"}) + "\n").encode())
+        _say(write, {"error": f"{type(error).__name__}: {error}"})
     finally:
         os._exit(1)
+
+
+def _say(pipe: int, told: Mapping[str, Any]) -> None:
+    """A line of JSON."""
+    os.write(pipe, (json.dumps(told) + "\n").encode())
 
 
 def killed(folder: Path, url: str | None, rng: random.Random, expected: Expected) -> None:

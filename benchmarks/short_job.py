@@ -10,7 +10,7 @@ import numpy as np
 from common import pieces_of
 from typing_extensions import Self
 
-from burnish.core import Array, Command, Sample, State
+from burnish.core import Array, Command, Sample, State, Torque
 from burnish.model.tool import PolishingTool
 from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import WristFelt, plan_strokes, simulated_job
@@ -39,6 +39,7 @@ class Replay:
 
     def write(self, command: Command) -> Array:
         """Applied as it is."""
+        assert isinstance(command, Torque)
         return command.tau
 
 
