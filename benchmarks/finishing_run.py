@@ -319,7 +319,8 @@ def passes(seeds: int) -> list[dict[str, Any]]:
     grid, top = plate()
     stroke = patch(top)
     nodes = grid.origin[0] + grid.spacing * np.arange(grid.values.shape[0])
-    bump = 1e-3 * np.exp(-0.5 * (nodes / 8e-3) ** 2)
+    # Higher, and the touches before the job would refuse the mould.
+    bump = 0.5e-3 * np.exp(-0.5 * (nodes / 8e-3) ** 2)
     real = replace(grid, values=grid.values - bump[:, None, None])
     worst = []
     for seed in range(1, seeds + 1):
@@ -333,7 +334,7 @@ def passes(seeds: int) -> list[dict[str, Any]]:
             if name == "pass"
         ]
         worst.append(max(rms[1:]) / rms[0])
-    note = f"worst pass of 3, {seeds} seeds, on a ridge 1 mm high that no plan knows; height learnt with a gain of 0.5"
+    note = f"worst pass of 3, {seeds} seeds, on a ridge 0.5 mm high that no plan knows; height learnt with a gain of 0.5"
     return [row("passes: force error by that of the first", max(worst), "≤ 1.05", "", max(worst) <= 1.05, note)]
 
 
