@@ -334,7 +334,9 @@ def passes(seeds: int) -> list[dict[str, Any]]:
             if name == "pass"
         ]
         worst.append(max(rms[1:]) / rms[0])
-    note = f"worst pass of 3, {seeds} seeds, on a ridge 0.5 mm high that no plan knows; height learnt with a gain of 0.5"
+    note = (
+        f"worst pass of 3, {seeds} seeds, on a ridge 0.5 mm high that no plan knows; height learnt with a gain of 0.5"
+    )
     return [row("passes: force error by that of the first", max(worst), "≤ 1.05", "", max(worst) <= 1.05, note)]
 
 
