@@ -34,8 +34,14 @@ LIVES = "lives"
 EQUAL = re.compile(r",? ?\b(strict|lower)=(True|False|None|1)|,(?= ?\))")
 """What changes nothing: the check of lengths that were compared before, and which half of a symmetric matrix."""
 SLOW = " or ".join(
-    ("test_bound_is_never_more", "test_distance_is_that", "axes_of_the_packaged", "capsules_hold")
-    + ("held_joint_comes", "stays_as_it_is")
+    (
+        "test_bound_is_never_more",
+        "test_distance_is_that",
+        "axes_of_the_packaged",
+        "capsules_hold",
+        "held_joint_comes",
+        "stays_as_it_is",
+    )
 )
 """Tests that take a while and find what others find as well, as a pytest expression."""
 EXPLAINED = HERE / "results" / "mutants_explained.md"
