@@ -17,6 +17,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -237,37 +238,40 @@ def chromiums() -> list[int]:
     return [pid for pid in ours if b"chromium" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 
-def each(number: int) -> Callable[[Any, Any], None]:
-    def send(page: Any, browser: Any) -> None:
-        for pid in chromiums():
-            os.kill(pid, number)
+def each(number: int) -> Callable[[Any], Callable[[], object]]:
+    """Makes ready to send all processes of the browser a signal: to find them takes longer than the loss may."""
 
-    return send
+    def ready(page: Any) -> Callable[[], object]:
+        pids = chromiums()
+        return lambda: [os.kill(pid, number) for pid in pids]
+
+    return ready
 
 
 def browser(folder: Path, rounds: int) -> dict[str, Any]:
     """From the loss of the commander in the middle of a contact to the supervisor's hold; then the job goes on."""
-    ways: dict[str, Callable[[Any, Any], None]] = {
-        "tab closed": lambda page, browser: page.close(),
+    ways: dict[str, Callable[[Any], Callable[[], object]]] = {
+        "tab closed": lambda page: page.close,
         "browser killed": each(signal.SIGKILL),
         # Sockets stay open and nothing comes: what a cut cable looks like to a server.
         "network cut": each(signal.SIGSTOP),
-        "page left": lambda page, browser: page.goto("about:blank"),
+        "page left": lambda page: partial(page.goto, "about:blank"),
     }
     results: dict[str, Any] = {}
-    for way, lose in ways.items():
+    for way, losing in ways.items():
         held = []
         resumed = 0
         for turn in range(rounds):
             out = folder / f"{way.replace(' ', '-')}-{turn}"
-            with commander(folder) as (server, chromium, page, client):
+            with commander(folder) as (server, _, page, client):
                 job = server.start(["polish", "--mould", "plate", "--pace", "2", "--out", str(out)], client)
-                lost = mid_contact(job, lambda: page.wait_for_timeout(100))
+                mid_contact(job, lambda: page.wait_for_timeout(100))
                 stopped = chromiums() if way == "network cut" else []
+                lose = losing(page)
                 lost = time.monotonic()
                 waiting = threading.Thread(target=lambda: held.append(hold(job, lost)))  # noqa: B023
                 waiting.start()
-                lose(page, chromium)
+                lose()
                 waiting.join()
                 for pid in stopped:
                     os.kill(pid, signal.SIGKILL)
