@@ -243,7 +243,12 @@ def each(number: int) -> Callable[[Any], Callable[[], object]]:
 
     def ready(page: Any) -> Callable[[], object]:
         pids = chromiums()
-        return lambda: [os.kill(pid, number) for pid in pids]
+
+        def send() -> None:
+            for pid in pids:
+                os.kill(pid, number)
+
+        return send
 
     return ready
 
