@@ -32,7 +32,9 @@ PARTS = {
     "run": finishing_run.rows,
 }
 RESULTS = Path(__file__).resolve().parent / "results" / "finishing.json"
-HEAD = ["part", "what", "found", "goal", "unit", "verdict", "what limits it"]
+EXPLAINED = RESULTS.with_name("finishing_explained.md")
+"""What limits those that are missed, by hand."""
+HEAD = ["part", "what", "found", "goal", "unit", "verdict", "of"]
 
 
 def cells(row: dict[str, Any]) -> list[str]:
@@ -59,6 +61,7 @@ def markdown(parts: dict[str, Any]) -> str:
             "",
             markdown_table(HEAD, [cells(row) for row in rows]),
             "",
+            EXPLAINED.read_text(encoding="utf-8"),
             "Made by `python benchmarks/finishing.py`, which measures part by part:",
             "",
             markdown_table(["part", "form", "date", "took [s]", "with"], made),
