@@ -33,6 +33,7 @@ from burnish.paths.stroke import Stroke
 from burnish.polish.cellsim import WristFelt, simulated_job
 from burnish.polish.recipe import MARGIN, Recipe
 from burnish.rotation import quaternion_error
+from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms
 from burnish.surface import DistanceGrid, Mould
 
@@ -119,7 +120,9 @@ class Cell:
         )
         supervisor = job.rig.supervisor
         if tool_force is not None:
-            supervisor.limits = replace(supervisor.limits, tool_force=tool_force)
+            # Anew: the guards have the limits that they were made with.
+            limits = replace(supervisor.limits, tool_force=tool_force)
+            supervisor = job.rig.supervisor = Supervisor(limits=limits, period=supervisor.period)
         if thesis:
             job.law = AlongStrokes(stroke=SunkImpedance(), air=job.law)  # type: ignore[assignment]
         with robot:
