@@ -101,6 +101,15 @@ def test_jump_of_a_joint_that_moves_may_be_what_its_speed_explains_twice(sign: f
     assert "jumped" in found(arm_at(EVEN, q=one(3, -sign * (JUMP + 1e-12), HOME), dq=dq), before=before)
 
 
+@pytest.mark.parametrize("leap", [0.75, 3600.0])
+def test_jump_in_the_cycle_in_which_the_clock_leaps(leap: float) -> None:
+    # At 0.01 rad/s a joint would come far in an hour, but between two samples no hour has passed.
+    before, dq = arm_at(q=one(3, 0.0, HOME)), one(3, 0.01)
+    most = JUMP + 2.0 * 0.01 * 0.5
+    assert found(arm_at(leap, q=one(3, most - 1e-12, HOME), dq=dq), before=before) == ""
+    assert "joint 4 jumped" in found(arm_at(leap, q=one(3, most + 1e-12, HOME), dq=dq), before=before)
+
+
 def test_clock_that_goes_back() -> None:
     before = arm_at(1.0)
     assert found(arm_at(1.0 - BACK + 1e-12), before=before) == ""

@@ -120,7 +120,7 @@ class Guards:
             return False
         q = arm.q.tolist()
         before, dt = (q, 0.0) if self._q is None else (self._q, min(arm.t - self._t, PAUSE))
-        off = LYING * dt
+        off = min(LYING * dt, JUMP)
         tau = self._still if arm.tau is None else arm.tau.tolist()
         rows = zip(q, before, arm.dq.tolist(), tau, self._calm_rows, strict=True)
         for q_i, before_i, dq, tau_i, (low, high, slow, most) in rows:
