@@ -76,8 +76,10 @@ class Guards:
     _repeats: list[int] = field(default_factory=list, init=False, repr=False)
     _lies: list[int] = field(default_factory=list, init=False, repr=False)
     _broken: int = field(default=0, init=False, repr=False)
-    _unseen: list[float] = field(default_factory=list, init=False, repr=False)
-    """Predicted less found accelerations of the joints, smoothed [rad/s²]."""
+    _forth: list[float] = field(default_factory=list, init=False, repr=False)
+    """Predicted less found accelerations of joints that go forth, smoothed [rad/s²]."""
+    _back: list[float] = field(default_factory=list, init=False, repr=False)
+    """The same of joints that go back: friction turns round with a joint, at once."""
     _expected: tuple[float, list[float], list[float]] = field(default=(-inf, [], []), init=False, repr=False)
     """Time, joint speeds and predicted accelerations of the last command."""
     _late: deque[bool] = field(default_factory=lambda: deque(maxlen=100), init=False, repr=False)
@@ -92,7 +94,7 @@ class Guards:
         self._speed = limits.speed.tolist()
         self._still = np.zeros(len(low)).tolist()
         self._never = self._lies = self._repeats = [0] * len(low)
-        self._unseen = self._still
+        self._forth, self._back = self._still.copy(), self._still.copy()
         # Whatever the arm weighs, it is no more than all of what it meets.
         light = limits.impact_force / sqrt(limits.impact_stiffness * limits.impact_mass)
         self._surely = NEARLY * min(limits.free_speed, light, limits.tool_speed)
@@ -154,11 +156,12 @@ class Guards:
         horizon, undo = AHEAD * min(period, LONGEST), 0.5 * MODEL_ERROR / self.limits.torque_rate
         speeds, expected = arm.dq.tolist(), ddq.tolist()
         self._learn(arm.t, speeds, expected)
-        rows = zip(expected, self._unseen, speeds, arm.M.diagonal().tolist(), self._speed, strict=True)
-        for i, (ddq_i, unseen, now, inertia, limit) in enumerate(rows):
+        rows = zip(expected, speeds, arm.M.diagonal().tolist(), self._speed, strict=True)
+        for i, (ddq_i, now, inertia, limit) in enumerate(rows):
             then = now + MODEL_ERROR * ddq_i * (horizon + undo * inertia * abs(ddq_i))
             if -limit <= then <= limit:
                 continue
+            unseen = self._forth[i] if ddq_i > 0.0 else self._back[i]
             if unseen * ddq_i > 0.0:
                 most = UNSEEN_MOST * ddq_i
                 ddq_i -= unseen if abs(unseen) < abs(most) else most
@@ -174,13 +177,12 @@ class Guards:
         self._expected = t, dq, ddq
         dt = t - before
         if not 0.0 < dt <= LONGEST:
-            self._unseen = self._still
+            self._forth, self._back = self._still.copy(), self._still.copy()
             return
         share, rate = dt / UNSEEN, 1.0 / dt
-        rows = zip(self._unseen, dq, dq_before, ddq_before, strict=True)
-        self._unseen = [
-            unseen + share * (ddq_then - rate * (now - then) - unseen) for unseen, now, then, ddq_then in rows
-        ]
+        for i, (now, then, ddq_then) in enumerate(zip(dq, dq_before, ddq_before, strict=True)):
+            unseen = self._forth if (now or ddq_then) > 0.0 else self._back
+            unseen[i] += share * (ddq_then - rate * (now - then) - unseen[i])
 
     def _finite(self, arm: Dynamics) -> Cause | None:
         self._broken += 1
