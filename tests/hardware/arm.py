@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hardware.firmware import Firmware, options_of
 from hardware.memory import attach
+from hardware.standin import urgent
 
 SLIP = 0.1
 """Real time that the arm lets go when its process did not get the processor for that long [s]."""
@@ -24,6 +25,7 @@ NAP = 2e-3
 
 
 def main() -> None:
+    urgent()
     memory = attach(sys.argv[1])
     firmware, began = None, None
     while True:
@@ -38,6 +40,7 @@ def main() -> None:
                 began = monotonic() - firmware.time if options.realtime else None
             elif "off" in words:
                 firmware, began = None, None
+                memory.lived = 0.0
             elif firmware is not None:
                 firmware.advance(firmware.time + words["advance"])
             print("done", flush=True)
@@ -45,7 +48,9 @@ def main() -> None:
             now = monotonic() - began
             if now - firmware.time > SLIP:
                 began += now - firmware.time - NAP
-            firmware.advance(monotonic() - began)
+            now = monotonic()
+            firmware.advance(now - began)
+            memory.lived = now
 
 
 if __name__ == "__main__":

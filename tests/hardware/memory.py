@@ -24,6 +24,7 @@ class Memory(Structure):
         ("state_sequence", c_uint32),
         ("mode", c_int32),
         ("time", c_double),
+        ("lived", c_double),
         *((name, c_float * JOINTS) for name in ("position", "velocity", "torque", "gravity", "command")),
         ("fingers", c_float * 3),
         ("queued", c_uint32),

@@ -43,6 +43,8 @@ typedef struct {
     uint32_t state_sequence;
     int32_t mode;
     double time;
+    /* Until when an arm on real time has lived, by the machine's monotonic clock [s]; 0: it is not on real time. */
+    double lived;
     float position[JOINTS], velocity[JOINTS], torque[JOINTS], gravity[JOINTS], command[JOINTS], fingers[3];
     uint32_t queued;
     /* Written by the library. */

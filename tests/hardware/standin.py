@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from ctypes import addressof, memset, sizeof
 from pathlib import Path
 from typing import Any
@@ -29,6 +31,12 @@ def build(compiler: str, folder: Path, actuators: int = 7, ethernet: bool = Fals
     flags = ["-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC", f"-DACTUATORS={actuators}", *layer]
     subprocess.run([compiler, *flags, "-o", str(path), str(HERE / "standin.c")], check=True)
     return path
+
+
+def urgent() -> None:
+    """Put this process before the others of a busy machine, as one does with what drives a real arm; where it may."""
+    with suppress(PermissionError):
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
 
 
 class StandIn:
@@ -67,6 +75,13 @@ class StandIn:
     def advance(self, seconds: float) -> None:
         """Let an arm on simulated time live for so long."""
         self._ask({"advance": seconds})
+
+    def pause(self) -> None:
+        """Let the arm's process not get the processor until `go_on`."""
+        self._process.send_signal(signal.SIGSTOP)
+
+    def go_on(self) -> None:
+        self._process.send_signal(signal.SIGCONT)
 
     def fail(self, call: str, code: int, times: int = -1) -> None:
         """From now on a call returns this code, so many times; without end if negative."""

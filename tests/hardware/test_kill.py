@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hardware.standin import SERIAL, StandIn
+from hardware.standin import SERIAL, StandIn, urgent
 
 from burnish import Limits, Rig, Supervisor, TorqueSetup, control
 from burnish.control import OperationalSpace
@@ -47,7 +47,8 @@ def test_kill_9_in_torque_mode_leaves_an_arm_that_holds_within_250_ms(
     standin, model = arm_on_real_time, Model.jaco2()
     program = tmp_path / "holder.py"
     program.write_text(HOLDER)
-    with subprocess.Popen([sys.executable, str(program), SERIAL], stdout=subprocess.PIPE, text=True) as control:
+    words = [sys.executable, str(program), SERIAL]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, preexec_fn=urgent) as control:
         assert control.stdout is not None
         for _ in range(20):
             assert control.stdout.readline(), "the program that was to be killed has ended by itself"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -257,3 +259,18 @@ def test_addresses_reach_the_library_in_network_order() -> None:
 def test_addresses_that_are_none_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(InputError, match="Network: "):
         Network(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_reading_waits_for_an_arm_whose_process_does_not_get_the_processor(standin: StandIn, kinova: Kinova) -> None:
+    # A real arm lives on while the computer is busy; here its readings would all be alike.
+    standin.reset(realtime=True)
+    time.sleep(0.05)
+    standin.pause()
+    timer = threading.Timer(0.06, standin.go_on)
+    timer.start()
+    time.sleep(0.02)
+    before, asked = standin.memory.time, time.monotonic()
+    kinova.positions()
+    assert time.monotonic() - asked > 0.02
+    assert standin.memory.time > before
+    timer.join()

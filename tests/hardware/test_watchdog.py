@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hardware.standin import SERIAL, StandIn
+from hardware.standin import SERIAL, StandIn, urgent
 
 from burnish.errors import HardwareError
 from burnish.hardware.kinova_library import LibraryMissingError
@@ -60,7 +60,7 @@ def run(tmp_path: Path, then: str, cycles: int = 60) -> subprocess.Popen[str]:
     program = tmp_path / "control.py"
     program.write_text(CONTROL)
     words = [sys.executable, str(program), SERIAL, then, str(PATIENCE)]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=urgent)
     assert process.stdout is not None
     for _ in range(cycles):
         if not process.stdout.readline():
