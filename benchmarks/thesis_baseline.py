@@ -41,6 +41,9 @@ GOAL = 4.0
 """Ours must have a force RMS at least so many times lower, worst seed against worst seed."""
 HIGHER_LIMIT = 100.0
 """Tool force at which the supervisor stops the baseline when its usual limit has stopped it once [N]."""
+INSET = 8e-3
+"""Of the path from the border [m]. The thesis's soft spring lets the tool lag and lean by several degrees: where ours
+still rubs, 3 mm from the border of the dome, it slides off the part, and then has no force error of any meaning."""
 FIGURES = ("force_rms_N", "force_p99_N", "force_mean_N", "contact_lost_pct", "tilt_rms_deg", "tilt_max_deg")
 
 
@@ -206,10 +209,10 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--margin",
         type=float,
-        default=1e3 * MARGIN,
+        default=1e3 * INSET,
         metavar="MM",
         help=f"inset of the path from the border [mm]; more of it keeps a tool on the part that lags far behind "
-        f"(default: {1e3 * MARGIN:g}, as in 'burnish polish')",
+        f"(default: {1e3 * INSET:g}; 'burnish polish' has {1e3 * MARGIN:g})",
     )
     options.add_argument(
         "--out", type=Path, metavar="FILE.json", help="file for the result in JSON (default: table on stdout only)"

@@ -644,3 +644,26 @@ def test_after_a_pause_what_did_not_come_is_learnt_anew() -> None:
     t, q5 = spun(supervisor, 0.3, 13.0, 60, (0.0, HOME[4]))
     spun(supervisor, 0.5, 13.0, 1, (t + 1.0, q5))
     assert "joint 5 would reach" in cause_of(supervisor)
+
+
+def test_joint_that_has_turned_round_still_has_the_friction_of_the_way_it_goes_again() -> None:
+    supervisor = Supervisor(limits=BARE, period=T)
+    now = spun(supervisor, 0.3, 13.0, 60, (0.0, HOME[4]))
+    now = spun(supervisor, -0.3, -13.0, 60, now)
+    spun(supervisor, 0.5, 14.0, 20, now)
+    assert not supervisor.tripped
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_joint_that_stands_learns_for_the_way_that_it_is_pushed(way: float) -> None:
+    supervisor = Supervisor(limits=BARE, period=T)
+    now = spun(supervisor, 0.0, way * 13.0, 60, (0.0, HOME[4]))
+    spun(supervisor, way * 0.5, way * 14.0, 20, now)
+    assert not supervisor.tripped
+
+
+def test_joint_that_stands_learns_nothing_for_the_other_way() -> None:
+    supervisor = Supervisor(limits=BARE, period=T)
+    now = spun(supervisor, 0.0, -13.0, 60, (0.0, HOME[4]))
+    spun(supervisor, 0.5, 13.0, 2, now)
+    assert "joint 5 would reach" in cause_of(supervisor)
