@@ -14,7 +14,7 @@ import pytest
 from burnish.check.demand import demand
 from burnish.check.plan import check
 from burnish.check.route import route, sparse
-from burnish.check.scaling import derated, followable
+from burnish.check.scaling import derated
 from burnish.check.ways import Workplace, followed
 from burnish.core import Array, State
 from burnish.errors import PlanError
@@ -240,14 +240,6 @@ def test_derating_leaves_the_feed_alone_where_no_joint_is_too_fast() -> None:
     assert np.allclose(slower.feed[near < 2e-3], 0.02 * 0.95 * 0.5)
     assert np.allclose(slower.feed[near > 5e-3], 0.02)
     assert derated(stroke, arc, np.full(200, 0.02), 0.5 * share, 0.9) is stroke
-
-
-def test_followable_feed_turns_the_tool_at_the_allowed_rate() -> None:
-    angle = np.linspace(-0.5, 0.5, 81)
-    radius = 0.01
-    curve = np.column_stack((radius * np.sin(angle), 0.0 * angle, radius * np.cos(angle)))
-    stroke = replace(line(feed=0.05), points=curve, normals=curve / radius)
-    assert np.allclose(followable(stroke).feed[2:-2], 0.3 * radius, rtol=1e-3)
 
 
 @pytest.mark.parametrize("spindle", [0.0, 300.0])

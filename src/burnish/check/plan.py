@@ -11,9 +11,10 @@ from burnish.check.clear import Clearances, carried, clearances, singularity
 from burnish.check.demand import Demand, demand
 from burnish.check.on_mould import at_point, check_on_mould
 from burnish.check.route import route, sparse
-from burnish.check.scaling import derated, followable
+from burnish.check.scaling import derated
 from burnish.check.ways import PLACE, Way, Workplace, Worst, followed, from_home, joint_margin
 from burnish.core import Array
+from burnish.paths.ease import followable
 from burnish.paths.stroke import Stroke
 from burnish.polish.feasible import track
 from burnish.polish.process import SLOWEST, timed

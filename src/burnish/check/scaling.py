@@ -9,18 +9,11 @@ from scipy.ndimage import minimum_filter1d
 
 from burnish.core import Array
 from burnish.paths.stroke import Stroke
-from burnish.trajectory.path import TURN_RATE
 
 SPARE = 0.95
 """What is aimed at, of the share that is allowed: a mould that is found turned by 2° must not undo the plan."""
 WIDEN = 2e-3
 """Length before and after a place that is slowed down with it [m]: a path in time is smoothed over 50 ms."""
-
-
-def followable(stroke: Stroke) -> Stroke:
-    """The stroke with a feed at which the surface turns the tool no faster than `TURN_RATE`."""
-    turn = np.linalg.norm(np.gradient(stroke.axes, stroke.arc, axis=0), axis=1)
-    return replace(stroke, feed=np.minimum(stroke.feed, TURN_RATE / np.maximum(turn, 1e-9)))
 
 
 def derated(stroke: Stroke, arc: Array, speed: Array, share: Array, allowed: float) -> Stroke:

@@ -17,7 +17,6 @@ from burnish.model.tool import PolishingTool
 from burnish.paths.hertz import contact_radius, recommended_step
 from burnish.paths.patterns import CrossHatch
 from burnish.paths.reach import STEEPEST, Reach
-from burnish.polish.planned import passes_of
 from burnish.polish.recipe import EDGE_BAND, Pass, Recipe
 from burnish.surface import Border, DistanceGrid, Mould, WorkingSurface
 
@@ -70,7 +69,7 @@ def target(recipe: Recipe) -> float:
     """
     if recipe.even is not None:
         return recipe.even.depth
-    return sum(_of_pass(recipe, one) for one in passes_of(recipe))
+    return sum(_of_pass(recipe, one) for one in recipe.worked)
 
 
 def _of_pass(recipe: Recipe, one: Pass) -> float:

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
+from burnish.paths.ease import duration, eased
+from burnish.paths.hertz import contact_radius
 from burnish.paths.order import ordered
-from burnish.paths.patterns import Raster
+from burnish.paths.patterns import Polyline
 from burnish.paths.reach import Reach
 from burnish.paths.stroke import Stroke
-from burnish.polish.recipe import MARGIN, Pass, Recipe
+from burnish.polish.depth import spindle_of
+from burnish.polish.process import SLOWEST
+from burnish.polish.recipe import LEAST_FORCE, MARGIN, Pass, Recipe
 from burnish.surface import DistanceGrid, Mould
+from burnish.trajectory.path import feed_share
+
+logger = logging.getLogger(__name__)
 
 
 def planned(recipe: Recipe, mould: Mould, grid: DistanceGrid) -> list[list[Stroke]]:
@@ -20,15 +28,44 @@ def planned(recipe: Recipe, mould: Mould, grid: DistanceGrid) -> list[list[Strok
     """
     tool = recipe.tool
     reach = Reach.of(mould, grid, tip_radius=tool.tip_radius, margin=MARGIN, modulus=tool.modulus)
-    return [_strokes(reach, mould, recipe, one) for one in passes_of(recipe)]
-
-
-def passes_of(recipe: Recipe) -> tuple[Pass, ...]:
-    """The passes of a recipe; one raster where it names none."""
-    return recipe.passes or (Pass(pattern=Raster()),)
+    return [_strokes(reach, mould, recipe, one) for one in recipe.worked]
 
 
 def _strokes(reach: Reach, mould: Mould, recipe: Recipe, one: Pass) -> list[Stroke]:
     own = recipe.of_pass(one)
     strokes = one.pattern.strokes(reach, mould, step=one.step, feed=own.feed, force=own.force)
-    return [replace(stroke, tilt=one.tilt) for stroke in ordered(strokes)]
+    leaning = [replace(stroke, tilt=one.tilt) for stroke in ordered(strokes)]
+    # A path that the user has drawn is theirs: it is refused rather than changed.
+    return leaning if isinstance(one.pattern, Polyline) else _eased(own, one, leaning)
+
+
+def _eased(recipe: Recipe, one: Pass, strokes: list[Stroke]) -> list[Stroke]:
+    """The strokes, slower where the surface turns the tool too fast over most of one, as a fillet does.
+
+    They remove the same. Where all of them together would be slower than the recipe allows, or one would press less
+    than it may, they stay what they are, and the check of the plan says so.
+    """
+    least = max(recipe.limits.least_feed, SLOWEST)
+    tool = recipe.tool
+    radius = float(contact_radius(recipe.force, tool.tip_radius, 0.0, tool.modulus))
+    rim = spindle_of(tool).speed(radius, one.tilt.angle)
+    slower = [
+        eased(stroke, rim) if feed_share(stroke.points, stroke.axes, stroke.feed) < least else stroke
+        for stroke in strokes
+    ]
+    before, after = sum(map(duration, strokes)), sum(map(duration, slower))
+    weak = any(
+        new.force.min() < min(LEAST_FORCE, float(old.force.min())) for old, new in zip(strokes, slower, strict=True)
+    )
+    if after == before or weak or before < recipe.limits.least_feed * after:
+        return strokes
+    count = sum(new is not old for old, new in zip(strokes, slower, strict=True))
+    logger.info(
+        "%d of %d strokes turn the tool fast, as over a fillet: they are slower, and the pass takes %.0f s instead of "
+        "%.0f s",
+        count,
+        len(strokes),
+        after,
+        before,
+    )
+    return slower

@@ -10,7 +10,7 @@ from typing_extensions import Self
 
 from burnish.errors import InputError
 from burnish.model.tool import PolishingTool
-from burnish.paths.patterns import Pattern
+from burnish.paths.patterns import Pattern, Raster
 from burnish.paths.tilt import STEEPEST_LEAN, Tilt
 from burnish.polish.ranges import Range
 from burnish.polish.wanted import Even, Smoothing
@@ -103,7 +103,8 @@ class Bounds:
     clearance: float = 5e-3
     """Distance of the arm and the tool's body from the mould, its stand and the floor [m]."""
     least_feed: float = 0.6
-    """Share of the wanted feed below which a stroke is refused rather than slowed down."""
+    """Share of the wanted feed below which a stroke is refused rather than slowed down; of a pass that covers the mould
+    it is the share for all its strokes together."""
 
     def __post_init__(self) -> None:
         for name, allowed in BOUNDS.items():
@@ -160,3 +161,8 @@ class Recipe:
         """The recipe with the force and feed of one of its passes."""
         force, feed = one.force, one.feed
         return replace(self, force=self.force if force is None else force, feed=self.feed if feed is None else feed)
+
+    @property
+    def worked(self) -> tuple[Pass, ...]:
+        """The passes; one raster where there is none."""
+        return self.passes or (Pass(pattern=Raster()),)
