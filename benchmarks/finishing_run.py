@@ -41,6 +41,8 @@ from burnish.surface import DistanceGrid, Mould, WorkingSurface
 TOOL = PolishingTool()
 HALF, LINES, GAP = 20e-3, 5, 2.4e-3
 """The patch that is stopped and resumed: half length of its lines [m], their number and distance [m]."""
+ASIDE = 4e-3
+"""How far the tool may be beside its place on the patch, and get along it within a cycle [m]."""
 FIRST = 1.0
 """Time of a pass that is not judged [s], after the force has settled."""
 PIECE = 0.12
@@ -244,7 +246,7 @@ def stopped(stops: int) -> list[dict[str, Any]]:
         if legs:
             second = ran(grid, [stroke], 1, legs=legs)
             depth = depth + removed(surface, second.robot)
-            overlap.append(1e3 * twice(stroke, first.job.worked, first.robot, second.robot))
+            overlap.append(1e3 * twice(stroke, legs[0].begun, first.robot, second.robot))
         more.append(100.0 * float((depth - whole).max()) / target)
         less.append(100.0 * float((depth - whole).min()) / target)
     note = f"worst of {stops} stops on a patch of the plate, a new run each; against the run without a stop"
@@ -268,21 +270,34 @@ def stopped(stops: int) -> list[dict[str, Any]]:
     ]
 
 
-def twice(stroke: Stroke, seam: float, first: SimRobot, second: SimRobot) -> float:
-    """Path near the seam that both runs worked with more than half the force [m]."""
+def twice(stroke: Stroke, begun: float, first: SimRobot, second: SimRobot) -> float:
+    """Path that both runs worked with more than half the force [m]; the second run began at path length ``begun``."""
 
-    def places(robot: SimRobot) -> Array:
-        points = np.asarray(robot.truth.point)
-        pressed = np.isfinite(points[:, 0]) & (robot.truth.cycle_force() > 5.0)
-        pressed &= np.asarray(robot.truth.slip) > 1e-3
-        near = np.abs(stroke.arc - seam) < 15e-3
-        arc, path = stroke.arc[near], stroke.points[near]
-        away = np.linalg.norm(points[pressed][:, None, :2] - path[None, :, :2], axis=2)
-        beside = away.min(axis=1) < 1.1e-3
-        return np.asarray(arc[away.argmin(axis=1)][beside])
+    def places(robot: SimRobot, begin: float) -> Array:
+        points = np.asarray(robot.truth.point)[:, :2]
+        rubs = np.isfinite(points[:, 0]) & (np.asarray(robot.truth.slip) > 1e-3)
+        return followed(stroke, points[rubs], begin)[robot.truth.cycle_force()[rubs] > 5.0]
 
-    one, two = places(first), places(second)
+    one, two = places(first, 0.0), places(second, begun)
     return max(0.0, float(one.max() - two.min())) if len(one) and len(two) else 0.0
+
+
+def followed(stroke: Stroke, points: Array, begin: float) -> Array:
+    """Path length at which the tool is at each of its places in plan, in order of time [m], (N,).
+
+    Nearest to the place, and not far from the place before: the lines of the patch lie 2.4 mm apart, and a tool that is
+    more than a millimetre beside its own is nearer to the next one. Places that are not on the path, of the touches
+    that find the mould, are passed over until one is at its beginning.
+    """
+    arc, at, found = stroke.arc, begin, []
+    for point in points:
+        near = np.flatnonzero((arc > at - ASIDE) & (arc < at + ASIDE))
+        away = np.linalg.norm(stroke.points[near, :2] - point, axis=1)
+        best = int(np.argmin(away))
+        if away[best] < ASIDE:
+            at = float(arc[near[best]])
+        found.append(at)
+    return np.array(found)
 
 
 def tripped() -> list[dict[str, Any]]:

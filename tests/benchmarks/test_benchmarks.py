@@ -31,7 +31,7 @@ def scripts(monkeypatch: pytest.MonkeyPatch) -> Any:
         return __import__(name)
 
     yield load
-    for name in (*SCRIPTS, "common", "cases"):
+    for name in (*SCRIPTS, "common", "cases", "finishing_run"):
         if name not in before:
             sys.modules.pop(name, None)
 
@@ -196,3 +196,16 @@ def test_a_baseline_that_ended_early_does_not_count_in_the_ratio(scripts: Any) -
     ratio = baseline.worst_ratio([run(0.5), run(0.25)], [run(2.0), run(10.0, "the tool force reached 275.1 N")])
     assert ratio == (4.0, 1)
     assert baseline.worst_ratio([run(0.5)], [run(2.0, "stopped")]) == (None, 0)
+
+
+def test_a_tool_beside_its_line_is_not_on_the_next_one(scripts: Any) -> None:
+    run = scripts("finishing_run")
+    stroke = run.patch(0.02)
+    # As seen: 1.5 mm beside its own line it is nearer to the next one, which it has not worked yet.
+    beside = stroke.points[:, :2] + np.column_stack([np.zeros(len(stroke.arc)), np.full(len(stroke.arc), 1.5e-3)])
+    straight = np.abs(stroke.points[:, 0]) < 0.9 * run.HALF
+    assert np.abs(run.followed(stroke, beside, 0.0) - stroke.arc)[straight].max() < 2.5e-3
+    half = len(stroke.arc) // 2
+    touches = np.array([[0.0, 0.2], [0.1, 0.1]])
+    later = run.followed(stroke, np.concatenate([touches, stroke.points[half:, :2]]), float(stroke.arc[half]))
+    assert np.allclose(later[2:], stroke.arc[half:])
