@@ -289,7 +289,8 @@ def followed(stroke: Stroke, points: Array, begin: float) -> Array:
     more than a millimetre beside its own is nearer to the next one. Places that are not on the path, of the touches
     that find the mould, are passed over until one is at its beginning.
     """
-    arc, at, found = stroke.arc, begin, []
+    found: list[float] = []
+    arc, at = stroke.arc, begin
     for point in points:
         near = np.flatnonzero((arc > at - ASIDE) & (arc < at + ASIDE))
         away = np.linalg.norm(stroke.points[near, :2] - point, axis=1)
