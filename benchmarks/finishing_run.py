@@ -276,7 +276,7 @@ def twice(stroke: Stroke, begun: float, first: SimRobot, second: SimRobot) -> fl
     def places(robot: SimRobot, begin: float) -> Array:
         points = np.asarray(robot.truth.point)[:, :2]
         rubs = np.isfinite(points[:, 0]) & (np.asarray(robot.truth.slip) > 1e-3)
-        return followed(stroke, points[rubs], begin)[robot.truth.cycle_force()[rubs] > 5.0]
+        return np.asarray(followed(stroke, points[rubs], begin)[robot.truth.cycle_force()[rubs] > 5.0])
 
     one, two = places(first, 0.0), places(second, begun)
     return max(0.0, float(one.max() - two.min())) if len(one) and len(two) else 0.0
