@@ -131,5 +131,6 @@ def test_repair_is_run_and_judged_together_with_the_work_before(plate: Path, tmp
     page = (out / "part.html").read_text()
     assert "after a repair" in page
     assert "Roughness Ra, estimated" in page
+    assert main(["verify", str(out / "run.mcap"), "--mould", str(plate)]) == 0
     # A repair is a job like any other: what it left can be repaired again.
     assert main(["polish", "--mould", str(plate), "--repair", str(out), "--out", str(tmp_path / "third")]) == 0

@@ -15,9 +15,18 @@ from commands.test_cli import refusal, small_plate
 
 from burnish.cli import main
 from burnish.commands import verify
+from burnish.commands.course import PLAN, Course
 from burnish.commands.order import Order
 from burnish.commands.progress import Progress
 from burnish.commands.work import Work, drive, prepare
+from burnish.errors import BurnishError, PlanError
+from burnish.model.tool import PolishingTool
+from burnish.paths.patterns import Raster, Spiral
+from burnish.paths.stroke import Stroke
+from burnish.paths.tilt import Tilt
+from burnish.polish.journal import Mark
+from burnish.polish.plan_file import write_plan
+from burnish.polish.recipe import Pass, Recipe
 from burnish.record.poses_file import read_poses
 from burnish.record.recording import Recording
 from burnish.surface import Mould
@@ -31,11 +40,11 @@ def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return small_plate(tmp_path_factory.mktemp("mould") / "plate_30.stl")
 
 
-def short_job(plate: Path, path: Path, change: Callable[[Work], Work]) -> Path:
+def short_job(plate: Path, path: Path, change: Callable[[Work], Work], course: Course | None = None) -> Path:
     """A recording of the first seconds of a job that was changed behind its metadata's back."""
     order = Order(mould=str(plate), unit="mm", arm="honest", sensor="wrist", force=10.0, feed=0.02, rate=50.0, seed=6)
     with Progress() as progress:
-        work = change(prepare(order, Mould.load(order.mould), progress))
+        work = change(prepare(order, Mould.load(order.mould), progress, course))
         drive(work, path, progress, lambda count: count == CYCLES)
     return path
 
@@ -52,6 +61,47 @@ def test_an_interrupted_run_comes_out_bit_exact(
     assert main(["verify", str(recording), "--mould", str(plate)]) == 0
     cycles = Recording(recording).ending["cycles"]
     assert capsys.readouterr().out == f"Bit-exact: {cycles} cycles, 6 topics.\n"
+
+
+COURSE = Course(
+    recipe=Recipe(
+        passes=(Pass(pattern=Spiral(), tilt=Tilt(angle=0.1)), Pass(pattern=Raster(angle=0.5), force=8.0)),
+        tool=PolishingTool(tip_radius=0.018, spindle=200.0),
+    ),
+    repeats=2,
+    skipped=frozenset({1}),
+    since=Mark(number=1, stroke=2, s=0.01, phase="stopped", force=9.0, t=20.0, metres=0.3, joules=1.0),
+)
+"""All that a job may have beside its order."""
+
+
+def test_a_job_with_a_recipe_that_went_on_comes_out_bit_exact(
+    plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = short_job(plate, tmp_path / "run.mcap", lambda work: work, COURSE)
+    assert Course.recorded(Recording(path).metadata, tmp_path) == COURSE
+    assert main(["verify", str(path), "--mould", str(plate)]) == 0
+    assert "Bit-exact" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("damage", ["", "[]", "null", '{"since": null}', "[" * 100_000, "since", "tip_radius"])
+def test_a_job_that_is_not_told_is_refused(damage: str, tmp_path: Path) -> None:
+    text = COURSE.as_metadata()["course"]
+    told = {"since": text.replace('"s": 0.01', '"s": NaN'), "tip_radius": text.replace("0.018", "-1.0")}
+    assert set(told.values()) != {text}
+    with pytest.raises(BurnishError):
+        Course.recorded({"course": told.get(damage, damage)}, tmp_path)
+
+
+def test_the_strokes_of_a_repair_stand_beside_its_recording(plate: Path, tmp_path: Path) -> None:
+    stroke = Stroke(points=np.eye(3), normals=np.eye(3), feed=np.full(3, 0.01), force=np.full(3, 5.0))
+    metadata = replace(COURSE, mends="runs/before", strokes=(stroke,)).as_metadata()
+    with pytest.raises(PlanError, match=r"plan\.json"):
+        Course.recorded(metadata, tmp_path)
+    write_plan(tmp_path / PLAN, [stroke], Mould.load(str(plate)), COURSE.recipe)
+    course = Course.recorded(metadata, tmp_path)
+    assert course is not None
+    assert np.array_equal(course.strokes[0].force, stroke.force)
 
 
 def test_the_metadata_say_all_that_decides_a_run(recording: Path) -> None:
@@ -117,7 +167,7 @@ def test_recordings_of_something_else_are_refused_by_their_hash(
     assert "--mould" in refusal(capsys, "verify", str(recording)), "what a recording names is no path"
     for name, message in (("model_hash", "model"), ("tool_hash", "tool")):
         with monkeypatch.context() as patch:
-            patch.setattr(verify, name, lambda: "0" * 64)
+            patch.setattr(verify, name, lambda *of: "0" * 64)
             line = refusal(capsys, "verify", str(recording))
             assert message in line
             assert "0" * 64 in line

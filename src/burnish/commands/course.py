@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import hypot, inf
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from burnish.polish.cell import Placement
 from burnish.polish.cellsim import plan_strokes
 from burnish.polish.depth import Ground
 from burnish.polish.even import evened
-from burnish.polish.journal import ENDS, NAME, Mark, read
+from burnish.polish.journal import ENDS, NAME, Mark, mark_of, read
 from burnish.polish.moves import Moves, five_touches
 from burnish.polish.passes import Leg, after, legs_of, without
 from burnish.polish.plan_file import read_plan
@@ -162,8 +162,46 @@ class Course:
         """For a recording; nothing for a plain one."""
         if self.plain:
             return {}
-        since = None if self.since is None else [self.since.number, self.since.stroke, self.since.s]
+        since = None if self.since is None else asdict(self.since)
         return {"course": json.dumps(self.as_record() | {"since": since}, ensure_ascii=False)}
+
+    @classmethod
+    def recorded(cls, metadata: Mapping[str, str], folder: Path) -> Course | None:
+        """From a recording; None for a plain one.
+
+        Args:
+            metadata: of the recording.
+            folder: where the recording lies; the strokes of a repair stand beside it.
+
+        Raises:
+            RecordingError: it does not describe a job.
+            PlanError: the strokes of a repair cannot be read.
+        """
+        if "course" not in metadata:
+            return None
+        try:
+            told = json.loads(metadata["course"])
+            since = None if told["since"] is None else mark_of(told["since"])
+            return cls.told(told, folder, since)
+        except (IndexError, KeyError, TypeError, ValueError, RecursionError) as error:
+            raise RecordingError(f"the recording does not describe its job ({error}); it cannot be run again") from None
+
+    @classmethod
+    def told(cls, told: Mapping[str, Any], folder: Path, since: Mark | None, runs: int = 0) -> Course:
+        """From `as_record`; whatever is wrong with that is raised as it comes."""
+        metres = told["abrasive_life_m"]
+        return cls(
+            recipe=from_tables(told["recipe"]),
+            repeats=int(told["passes"]),
+            skipped=frozenset(map(int, told["skip"])),
+            search=bool(told["search"]),
+            stands=(float(told["stands"][0]), float(told["stands"][1]), float(told["stands"][2])),
+            most_metres=inf if metres is None else float(metres),
+            since=since,
+            runs=runs,
+            mends=str(told.get("mends", "")),
+            strokes=tuple(read_plan(folder / PLAN)) if "mends" in told else (),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,20 +240,8 @@ def earlier(folder: Path) -> Earlier:
     about, marks = read(path)
     try:
         told, order, mould = about["course"], dict(about["order"]), str(about["mould_sha256"])
-        metres = told["abrasive_life_m"]
         last = marks[-1] if marks else None
-        course = Course(
-            recipe=from_tables(told["recipe"]),
-            repeats=int(told["passes"]),
-            skipped=frozenset(map(int, told["skip"])),
-            search=bool(told["search"]),
-            stands=(float(told["stands"][0]), float(told["stands"][1]), float(told["stands"][2])),
-            most_metres=inf if metres is None else float(metres),
-            since=last,
-            runs=1 + sum(mark.phase in ENDS for mark in marks[:-1]),
-            mends=str(told.get("mends", "")),
-            strokes=tuple(read_plan(folder / PLAN)) if "mends" in told else (),
-        )
+        course = Course.told(told, folder, last, 1 + sum(mark.phase in ENDS for mark in marks[:-1]))
     except (IndexError, KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"the first line of {path} does not describe a job ({error}); start it anew") from None
     return Earlier(order=order, course=course, mould_sha256=mould, changed=last is not None and last.phase == "change")

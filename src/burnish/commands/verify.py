@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from burnish.commands import replay
+from burnish.commands.course import Course
 from burnish.commands.order import Order
 from burnish.commands.progress import Progress
 from burnish.commands.work import drive, model_hash, prepare, tool_hash, versions
@@ -29,7 +30,6 @@ def run(options: argparse.Namespace) -> int:
             f"{recording.path} is of '{verb[:40]}'; only simulated runs of {' and '.join(AGAIN)} can be run again"
         )
     _same("the arm's model", found.get("model_sha256"), model_hash())
-    _same("the tool", found.get("tool_sha256"), tool_hash())
     for package, now in versions().items():
         _same(package, found.get(package), now)
     with Progress() as progress, TemporaryDirectory(prefix="burnish-verify-") as folder:
@@ -44,15 +44,12 @@ def run(options: argparse.Namespace) -> int:
 def _polish(recording: Recording, options: argparse.Namespace, progress: Progress, again: Path) -> Mapping[str, str]:
     """Run a polishing job again; returns its metadata."""
     found = recording.metadata
-    if "course" in found:
-        raise RecordingError(
-            f"{recording.path} is of a job with a recipe, passes, a search or an earlier run; only plain ones can be "
-            "run again"
-        )
+    course = Course.recorded(found, recording.path.parent)
+    _same("the tool", found.get("tool_sha256"), tool_hash(None if course is None else course.recipe.tool))
     order = Order.recorded(found, options.mould)
     mould = order.part()
     _same(f"the mould {mould.name}", found.get("mould_sha256"), mould.sha256)
-    work = prepare(order, mould, progress)
+    work = prepare(order, mould, progress, course)
     interrupted = recording.ending.get("interrupted_after", "")
     # Of a recording that was cut off no more has to be run again than it has.
     enough = sum(map(len, recording.blocks())) if _cut(recording) else None
@@ -72,6 +69,7 @@ def _replay(recording: Recording, options: argparse.Namespace, progress: Progres
     if options.taught is None:
         raise RecordingError(f"{recording.path} is a replay; give the file that was replayed with --taught")
     found = recording.metadata
+    _same("the tool", found.get("tool_sha256"), tool_hash())
     asked = replay.recorded(found, Path(options.taught), options.mould, found.get("unit", "mm"))
     stage = replay.prepare(asked)
     _same(f"the mould {stage.cell.mould.name}", found.get("mould_sha256"), stage.cell.mould.sha256)

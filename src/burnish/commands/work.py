@@ -261,9 +261,9 @@ def model_hash() -> str:
     return hashlib.sha256(JACO2_URDF.read_bytes()).hexdigest()
 
 
-def tool_hash() -> str:
-    """Fingerprint of the tool."""
-    return fingerprint(PolishingTool())
+def tool_hash(tool: PolishingTool | None = None) -> str:
+    """Fingerprint of a tool; of the usual one if none is given."""
+    return fingerprint(PolishingTool() if tool is None else tool)
 
 
 def _with_hash(name: str, thing: object) -> dict[str, str]:

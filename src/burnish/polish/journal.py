@@ -151,13 +151,25 @@ def _record(path: Path, number: int, line: bytes) -> dict[str, Any]:
     return record
 
 
-def _mark(path: Path, number: int, record: Mapping[str, Any]) -> Mark:
+def mark_of(record: Mapping[str, Any]) -> Mark:
+    """The checkpoint of a record.
+
+    Raises:
+        ValueError: it is none.
+    """
     known = {field.name: field.type for field in fields(Mark)}
     good = set(record) == set(known) and isinstance(record["phase"], str)
     good = good and all(_is_number(record[name]) for name in known if name != "phase")
     if not good:
-        raise RecordingError(f"line {number} of {path} is no checkpoint; expected {', '.join(known)}")
+        raise ValueError(f"no checkpoint; expected {', '.join(known)}")
     return Mark(**{**record, "number": int(record["number"]), "stroke": int(record["stroke"])})
+
+
+def _mark(path: Path, number: int, record: Mapping[str, Any]) -> Mark:
+    try:
+        return mark_of(record)
+    except ValueError as error:
+        raise RecordingError(f"line {number} of {path} is {error}") from None
 
 
 def _is_number(value: Any) -> bool:
