@@ -74,7 +74,8 @@ def wave_normal(x: Array) -> Array:
 
 def distance_by_brute_force(part: Mould, points: Array) -> Array:
     """Distance to the nearest of all triangles, by another library [m], (N,)."""
-    triangles = part.vertices[part.faces]
+    # In millimetres: in metres it takes small triangles for points.
+    triangles, points = 1e3 * part.vertices[part.faces], 1e3 * points
     every = np.arange(len(triangles))
     middle = triangles.mean(axis=1)
     radius = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1)
@@ -84,7 +85,7 @@ def distance_by_brute_force(part: Mould, points: Array) -> Array:
         near = every[away - radius <= (away + radius).min()]  # the others cannot be the nearest
         foot = closest_point(triangles[near], np.broadcast_to(point, (len(near), 3)))
         distance[i] = np.linalg.norm(foot - point, axis=1).min()
-    return distance
+    return 1e-3 * distance
 
 
 def angle_deg(one: Array, other: Array) -> Array:
