@@ -124,7 +124,7 @@ def test_of_the_pairs_that_are_near_the_first_to_get_too_near_says_way_and_speed
         watched = np.flatnonzero(now < near)
         if len(watched) == 0 or now.min() < LIMITS.self_stop:
             continue
-        way, speed = clearance.closing(arm_at(q), dq)
+        way, speed = clearance.closing(arm_at(q))(dq)
         ways, speeds = now[watched] - LIMITS.self_slow, (before - after)[watched] / (2.0 * step)
         first = np.argmax(np.where(speeds > 0.0, speeds / np.maximum(ways, 1e-6), -ways))
         assert way == pytest.approx(ways[first], abs=1e-8)
@@ -140,11 +140,11 @@ def test_capsules_whose_axes_cross_have_a_distance_and_no_direction() -> None:
     rng = np.random.default_rng(7)
     clearance = Clearance(replace(LIMITS, capsules=LIMITS.capsules * np.array([1.0, *[0.0] * 6, 1.0])), near=np.inf)
     for q in samples(20):
-        assert np.isfinite(clearance.closing(arm_at(q), rng.normal(size=6))).all()
+        assert np.isfinite(clearance.closing(arm_at(q))(rng.normal(size=6))).all()
 
 
 def test_far_from_itself_the_arm_closes_nothing() -> None:
-    assert Clearance(LIMITS).closing(arm_at(HOME), np.ones(6)) == (np.inf, 0.0)
+    assert Clearance(LIMITS).closing(arm_at(HOME))(np.ones(6)) == (np.inf, 0.0)
 
 
 def test_arm_without_shapes_is_never_near_itself() -> None:

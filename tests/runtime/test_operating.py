@@ -58,7 +58,7 @@ def test_way_to_the_arm_itself_ends_where_the_supervisor_begins_to_brake(clearan
     for q3 in np.linspace(HOME[2], 0.4, 60):
         folded[2] = q3
         true = watched().measure(arm_at(folded))
-        way, _ = clearance(arm_at(folded), np.zeros(6))
+        way, _ = clearance(arm_at(folded))(np.zeros(6))
         assert way == (pytest.approx(true - LIMITS.self_slow) if true < LIMITS.self_slow + EARLY else np.inf)
         ways.append(way)
     assert min(ways) < EARLY

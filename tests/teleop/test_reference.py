@@ -333,7 +333,7 @@ def test_pushing_into_the_stretched_arm_slows_down_before_the_singularity() -> N
 def test_the_arms_own_parts_slow_the_operator_down_and_let_him_go() -> None:
     left = 0.02
     # Along x the way to itself is closed as fast as the tool moves.
-    desk = ready(clearance=lambda arm, dq: (left, float(arm.J[0] @ dq)))
+    desk = ready(clearance=lambda arm: lambda dq: (left, float(arm.J[0] @ dq)))
     assert desk.push(AXES[0], 1.0).v[0] == pytest.approx(left / BRAKING, rel=0.05)
     assert desk.operator.slowed.cause == "the arm itself"
     assert desk.push(-AXES[0], 1.0).v[0] == pytest.approx(-desk.operator.pace.linear, rel=0.01)

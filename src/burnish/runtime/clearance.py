@@ -7,6 +7,8 @@ it is computed anew. Most cycles cost one sum over the joints.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from math import dist, inf, sqrt
 from typing import TypeAlias
@@ -75,8 +77,8 @@ class Clearance:
         self._left = distance - self._near
         return distance
 
-    def closing(self, arm: Dynamics, dq: Array) -> tuple[float, float]:
-        """The way to where the arm is braked for being near itself [m], and how fast ``dq``, (n,), closes it [m/s].
+    def closing(self, arm: Dynamics) -> Callable[[Array], tuple[float, float]]:
+        """The way to where the arm is braked for being near itself [m], and how fast q̇, (n,), closes it [m/s]: by q̇.
 
         Of all the pairs that are near, that which gets there first. Far from there it is inf, and 0.
 
@@ -86,8 +88,8 @@ class Clearance:
         x and not y: what moves both changes no distance between them.
         """
         if not self.at(arm) < self._near:
-            return inf, 0.0
-        first, way, speed = (False, -inf), inf, 0.0
+            return lambda dq: (inf, 0.0)
+        rows = []
         for distance, a, b, share, (x, y, z), apart in self._gaps:
             if not distance < self._near or apart == 0.0:
                 continue
@@ -97,13 +99,8 @@ class Clearance:
             x, y, z = -x / apart, -y / apart, -z / apart
             moving = slice(self._carrier[a], self._carrier[b])
             along = np.array((x, y, z, ry * z - rz * y, rz * x - rx * z, rx * y - ry * x))
-            closes = -float(along.dot(arm.J[:, moving]).dot(dq[moving]))
-            left = distance - self._slow
-            # Where none closes, that which is nearest.
-            urgent = (True, closes / max(left, CLOSE)) if closes > 0.0 else (False, -left)
-            if urgent > first:
-                first, way, speed = urgent, left, closes
-        return way, speed
+            rows.append((distance - self._slow, moving, along.dot(arm.J[:, moving])))
+        return partial(_first, rows)
 
     def measure(self, arm: Dynamics) -> float:
         """The distance as it is [m]."""
@@ -180,3 +177,15 @@ def _share(above: float, below: float) -> float:
     if below <= 0.0:
         return 0.0
     return 0.0 if above <= 0.0 else 1.0 if above >= below else above / below
+
+
+def _first(rows: list[tuple[float, slice, Array]], dq: Array) -> tuple[float, float]:
+    """Of pairs, each its way, its joints and ∂d/∂q, that which gets there first at q̇, (n,): the way, and how fast."""
+    first, way, speed = (False, -inf), inf, 0.0
+    for left, moving, row in rows:
+        closes = -float(row.dot(dq[moving]))
+        # Where none closes, that which is nearest.
+        urgent = (True, closes / max(left, CLOSE)) if closes > 0.0 else (False, -left)
+        if urgent > first:
+            first, way, speed = urgent, left, closes
+    return way, speed

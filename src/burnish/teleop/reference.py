@@ -33,6 +33,10 @@ LONGEST = 0.05
 """Longest step that is integrated [s]: after a pause the reference does not leap."""
 
 
+Closing = Callable[[Array], tuple[float, float]]
+"""The way until the arm is too near itself [m], and how fast joint speeds dq, (n,), close it [m/s]."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Pace:
     """How fast the operator may move the tool, and how suddenly.
@@ -121,8 +125,8 @@ class Operator:
     Afterwards the device has to be seen at rest, and the deadman to be pressed anew."""
     allowed_speed: Callable[[Dynamics, Array], float] = lambda arm, v: inf
     """How fast the tool point may be where the arm is, along v [m/s]; the operator gets `SHARE` of it."""
-    clearance: Callable[[Dynamics, Array], tuple[float, float]] = lambda arm, dq: (inf, 0.0)
-    """The way until the arm is too near itself [m], and how fast joint speeds dq, (n,), close it [m/s]."""
+    clearance: Callable[[Dynamics], Closing] = lambda arm: lambda dq: (inf, 0.0)
+    """How near itself the arm is where it is."""
     fingers: float = 0.0
     """Angle of the finger joints, open is 0 [rad]."""
     slowed: Slowed = field(default=Slowed(), init=False)
@@ -164,6 +168,8 @@ class Operator:
 
     def at(self, arm: Dynamics) -> ToolReference:
         """The reference at the instant of ``arm``, with what the device says now."""
+        # First what does not depend on the hand: it is then the later read, and the sooner obeyed.
+        here, itself = Mobility(arm.J), self.clearance(arm)
         self.reading = self.read()
         self.panel = self.panel.step(self.reading.buttons)
         if self.taken():
@@ -172,10 +178,9 @@ class Operator:
             return ToolReference(p=self._p, R=self._R, v=np.zeros(6), a=np.zeros(6))
         wanted = self._wanted()
         twist = self._twist(wanted)
-        here = Mobility(arm.J)
         slower = (
             self.bounds.slowed(arm, here, twist),
-            self._before_itself(arm, here, twist),
+            _before_itself(itself, here, twist),
             self._as_allowed(arm, twist),
             self._as_hard_as_allowed(arm, twist),
             self._before_leash_ends(arm, here, twist),
@@ -223,12 +228,6 @@ class Operator:
         speed = _length(twist[:3])
         most = SHARE * self.allowed_speed(arm, twist[:3]) if speed > 0.0 else inf
         return Slowed(most / speed, "people near by") if speed > most else Slowed()
-
-    def _before_itself(self, arm: Dynamics, here: Mobility, twist: Array) -> Slowed:
-        """The rule of `Bounds` for the arm's own parts."""
-        dq = here.joint_speeds(twist)
-        way, speed = self.clearance(arm, dq)
-        return before_end(way, speed - ASIDE * float(np.abs(dq).max()), "the arm itself")
 
     def _as_hard_as_allowed(self, arm: Dynamics, twist: Array) -> Slowed:
         """Further into what is pressed only up to the force that is allowed."""
@@ -286,6 +285,13 @@ class Operator:
         self._p, self._R, self._t = arm.p, arm.R, arm.t
         self._rested = False
         self._smooth.rest()
+
+
+def _before_itself(itself: Closing, here: Mobility, twist: Array) -> Slowed:
+    """The rule of `Bounds` for the arm's own parts."""
+    dq = here.joint_speeds(twist)
+    way, speed = itself(dq)
+    return before_end(way, speed - ASIDE * float(np.abs(dq).max()), "the arm itself")
 
 
 def _within_one(values: tuple[float, float, float]) -> Array:
