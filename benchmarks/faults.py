@@ -1,7 +1,9 @@
 """The fault campaign and ten virtual hours of nominal work: runs ``burnish campaign`` twice and keeps what it found.
 
 What is done is not done again, so a run that was cut off goes on where it was; after a change of the package choose
-another folder with --runs, or delete the old one. All figures are of the simulated plant, by an independent judge.
+another folder with --runs, or delete the old one. Two campaigns that were run apart, by ``burnish campaign``, are put
+together with --made; the page says of which source each was. All figures are of the simulated plant, by an independent
+judge.
 """
 
 from __future__ import annotations
@@ -30,6 +32,11 @@ def campaign(folder: Path, words: Sequence[str]) -> dict[str, Any]:
     status = subprocess.run(command, cwd=ROOT, check=False).returncode
     if status not in (0, 1):
         sys.exit(status)
+    return said(folder)
+
+
+def said(folder: Path) -> dict[str, Any]:
+    """What a campaign that was run found."""
     found: dict[str, Any] = json.loads((folder / "campaign.json").read_text(encoding="utf-8"))
     return found
 
@@ -81,6 +88,9 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--hours", type=float, default=10.0, metavar="H", help="of nominal work (default: 10)")
     options.add_argument("--seed", type=int, default=0, metavar="S", help="of both campaigns (default: 0)")
     options.add_argument("--jobs", type=int, default=2, metavar="J", help="processes (default: 2)")
+    options.add_argument(
+        "--made", type=Path, nargs=2, metavar=("FAULTS", "NOMINAL"), help="folders of both campaigns, run before"
+    )
     options.add_argument("--runs", type=Path, default=RUNS, metavar="DIR", help="the runs (default: runs/faults)")
     options.add_argument(
         "--out",
@@ -95,17 +105,20 @@ def parser() -> argparse.ArgumentParser:
 def main() -> int:
     """Run, judge and write; 0 if all goals are met, 1 if not."""
     options = parser().parse_args()
-    common = ["--seed", str(options.seed), "--jobs", str(options.jobs)]
-    folders = [options.runs / "faults", options.runs / "nominal"]
-    faults = campaign(folders[0], ["--episodes", str(options.episodes), *common])
-    hours = max(1, round(HOUR * options.hours))
-    nominal = campaign(folders[1], ["--nominal", "--episodes", str(hours), *common])
+    if options.made is None:
+        common = ["--seed", str(options.seed), "--jobs", str(options.jobs)]
+        folders = [options.runs / "faults", options.runs / "nominal"]
+        faults = campaign(folders[0], ["--episodes", str(options.episodes), *common])
+        hours = max(1, round(HOUR * options.hours))
+        nominal = campaign(folders[1], ["--nominal", "--episodes", str(hours), *common])
+        words = f"--episodes {options.episodes} --hours {options.hours:g} --seed {options.seed}"
+    else:
+        folders, words = options.made, "--made FAULTS NOMINAL"
+        faults, nominal = (said(folder) for folder in folders)
     rows = goals(faults, nominal)
     print(text_table(HEAD, rows))
     pages = [(folder / "campaign.md").read_text(encoding="utf-8") for folder in folders]
-    command = (
-        f"python benchmarks/faults.py --episodes {options.episodes} --hours {options.hours:g} --seed {options.seed}"
-    )
+    command = f"python benchmarks/faults.py {words}"
     write_json(options.out, {"machine": machine(), "goals": rows, "faults": faults, "nominal": nominal})
     write_text(options.out.with_suffix(".md"), markdown(rows, faults, pages, command))
     return int(any(row[-1] == "missed" for row in rows))
