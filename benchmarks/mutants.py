@@ -2,7 +2,8 @@
 
 `python benchmarks/mutants.py` installs mutmut below .venv-mutants/, an environment of its own beside ours, copies the
 package and the quick tests to a folder for it, runs it there, and writes results/mutants.md: the share that was killed
-and, by name and change, the mutants that live.
+and, by name and change, the mutants that live. With --folder what was done there is not done again, but for those that
+live: the tests are copied anew, and they may kill them now.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ PACKAGE = "mutmut==3.8.1"
 FILES = ("supervisor", "guards", "limits", "machine", "swing")
 TESTS = ("test_supervisor", "test_guards", "test_edges", "test_limits", "test_machine", "test_clearance", "test_swing")
 GOAL = 0.95
-LIVES = "lives"
+LIVES, NO_TESTS = "lives", 33
 EQUAL = re.compile(r",? ?\b(strict|lower)=(True|False|None|1)|,(?= ?\))")
 """What changes nothing: the check of lengths that were compared before, and which half of a symmetric matrix."""
 SLOW = " or ".join(
@@ -64,9 +65,10 @@ def install() -> Path:
 
 
 def lay_out(folder: Path) -> None:
-    """The copy that is mutated."""
-    shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-    (folder / "tests" / "runtime").mkdir(parents=True)
+    """The copy that is mutated; of one that is there already the tests alone."""
+    if not (folder / "src").exists():
+        shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    (folder / "tests" / "runtime").mkdir(parents=True, exist_ok=True)
     for name in TESTS:
         shutil.copy(ROOT / "tests" / "runtime" / f"{name}.py", folder / "tests" / "runtime")
     lines = ["[mutmut]", "source_paths=src", "only_mutate="]
@@ -75,6 +77,15 @@ def lay_out(folder: Path) -> None:
     lines += ["pytest_add_cli_args=", "    -k", f"    not ({SLOW})", "    -p", "    no:cacheprovider"]
     (folder / "setup.cfg").write_text("\n".join(lines) + "\n")
     (folder / "pytest.ini").write_text("[pytest]\naddopts = -q --import-mode=importlib -m 'not slow'\nmarkers = slow\n")
+
+
+def forget_the_living(folder: Path) -> None:
+    """Let those that live be run again."""
+    for path in folder.glob("mutants/src/burnish/runtime/*.py.meta"):
+        about = json.loads(path.read_text())
+        codes = about["exit_code_by_key"]
+        about["exit_code_by_key"] = {n: None if code in (0, NO_TESTS) else code for n, code in codes.items()}
+        path.write_text(json.dumps(about, indent=4))
 
 
 def run(python: Path, folder: Path, jobs: int) -> None:
@@ -93,7 +104,7 @@ def found(folder: Path) -> tuple[dict[str, str], dict[str, str]]:
         bodies = bodies_of(path.read_text().splitlines())
         for mutant, code in codes.items():
             # Of pytest: 0 all tests passed, 1 one failed, 33 there was none; anything else is an end by force.
-            outcomes[mutant] = {0: LIVES, 33: "no tests", None: "not run"}.get(code, "killed")
+            outcomes[mutant] = {0: LIVES, NO_TESTS: "no tests", None: "not run"}.get(code, "killed")
             if code == 0:
                 function = mutant.rpartition(".")[2]
                 before = bodies[re.sub(r"__mutmut_\d+$", "__mutmut_orig", function)]
@@ -162,11 +173,13 @@ def main() -> int:
     """Run and report; 0 if enough are killed, 1 if not."""
     cli = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     cli.add_argument("--jobs", type=int, default=2, metavar="J", help="mutants at once (default: 2)")
+    cli.add_argument("--folder", type=Path, metavar="DIR", help="work here (default: a new one, gone afterwards)")
     options = cli.parse_args()
     python = install()
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+        folder = options.folder or Path(name)
         lay_out(folder)
+        forget_the_living(folder)
         run(python, folder, options.jobs)
         outcomes, changes = found(folder)
     page = report(outcomes, changes)
