@@ -29,7 +29,17 @@ ROOT = HERE.parent
 FOLDER = ROOT / ".venv-mutants"
 PACKAGE = "mutmut==3.8.1"
 FILES = ("supervisor", "guards", "limits", "machine", "swing")
-TESTS = ("test_supervisor", "test_guards", "test_edges", "test_limits", "test_machine", "test_clearance", "test_swing")
+TESTS = (
+    "test_supervisor",
+    "test_guards",
+    "test_edges",
+    "test_corners",
+    "test_look_ahead",
+    "test_limits",
+    "test_machine",
+    "test_clearance",
+    "test_swing",
+)
 GOAL = 0.95
 LIVES, NO_TESTS = "lives", 33
 EQUAL = re.compile(r",? ?\b(strict|lower)=(True|False|None|1)|,(?= ?\))")

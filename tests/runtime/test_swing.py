@@ -35,6 +35,13 @@ def test_swings_that_grow_halve_the_hold_at_each_of_them() -> None:
     assert share_after(0.6, -0.6, 0.6, -0.6) == SOFTER**2
 
 
+def test_a_speed_of_exactly_nothing_is_no_turn() -> None:
+    swing = Swing(share=np.ones(1))
+    for speed in (0.6, 0.0, -0.6, 0.0, 0.6, 0.0, -0.6):
+        share = swing.at(np.array([speed]))
+    assert share[0] == SOFTER**2
+
+
 def test_one_slow_swing_that_grows_is_a_load_that_falls() -> None:
     slow = 0.5 * FAST
     assert share_after(slow, -0.6, 0.1) == 1.0
