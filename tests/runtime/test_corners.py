@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from math import nan
 from pathlib import Path
@@ -203,8 +204,9 @@ def test_a_step_that_no_joint_can_make_is_left_to_its_weight(sign: float, speeds
 
 
 def test_the_hold_of_a_described_arm() -> None:
-    assert_allclose(LIMITS.stiffness, [135.0] * 3 + [28.0] * 3)
-    assert_allclose(LIMITS.damping, [12.0] * 3 + [3.0] * 3)
+    limits = Limits.of(MODEL)
+    assert_allclose(limits.stiffness, [135.0] * 3 + [28.0] * 3)
+    assert_allclose(limits.damping, [12.0] * 3 + [3.0] * 3)
 
 
 def test_what_is_left_out_is_no_limit() -> None:
@@ -223,3 +225,18 @@ def test_a_file_may_be_as_large_as_it_may_be(tmp_path: Path) -> None:
     path.write_text(path.read_text() + " ")
     with pytest.raises(InputError, match="larger than"):
         Limits.load(path)
+
+
+@pytest.mark.parametrize(("count", "says"), [(64, "shape"), (65, "expected a number, a list of numbers")])
+def test_a_list_in_a_file_may_be_as_long_as_it_may_be(count: int, says: str, tmp_path: Path) -> None:
+    path = tmp_path / "limits.json"
+    path.write_text(json.dumps(json.loads(LIMITS.to_json()) | {"speed": [1.0] * count}))
+    with pytest.raises(InputError, match=says):
+        Limits.load(path)
+
+
+def test_distance_to_itself_is_said_in_millimetres() -> None:
+    limits = replace(Limits.jaco2(), self_slow=1.0, self_stop=0.9)
+    found = said(Guards(limits=limits), arm_at())
+    assert found.startswith("the arm is ")
+    assert found.endswith(" mm from hitting itself; expected more than 900 mm")
