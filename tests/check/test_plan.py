@@ -281,3 +281,10 @@ def test_way_begins_where_a_job_begins_and_never_jumps() -> None:
     assert np.abs(np.diff(q, axis=0)).max() < 0.3
     assert np.abs(q[0] - HOME).max() < 2.0 * np.pi
     assert [leg.name for leg in legs][-3:] == ["the way to stroke 2", "stroke 2", "the rise after the last stroke"]
+
+
+def test_a_stroke_that_is_planned_slower_than_the_recipe_says_is_told() -> None:
+    strokes = (line(-0.01), replace(line(0.01), feed=np.linspace(0.02, 0.0051, 81)))
+    (note,) = check(place(), strokes, Recipe()).notes
+    assert note.startswith("1 of 2 strokes are planned slower than the recipe says, down to 5.1 mm/s")
+    assert check(place(), strokes, Recipe(feed=0.0051)).notes == ()

@@ -22,6 +22,8 @@ from burnish.polish.recipe import Bounds, Recipe
 from burnish.trajectory import TimedPath
 from burnish.trajectory.path import feed_share
 
+ALIKE = 0.999
+"""Share of a feed that counts as all of it."""
 ROUNDS = 6
 """Times that a stroke is timed anew before it is given up."""
 
@@ -112,7 +114,7 @@ def check(
         joint_margin=margin,
         singularity=singular,
         clearances=clear,
-        notes=tuple(_notes(strokes, result, clear)),
+        notes=tuple(_notes(recipe, strokes, result, clear)),
     )
 
 
@@ -209,8 +211,15 @@ def _worst(shares: Array) -> Worst:
     return Worst(value=float(shares[:, joint].max()), what=f"joint {joint + 1}")
 
 
-def _notes(asked: Sequence[Stroke], done: Sequence[Stroke], clear: Clearances) -> Iterator[str]:
+def _notes(recipe: Recipe, asked: Sequence[Stroke], done: Sequence[Stroke], clear: Clearances) -> Iterator[str]:
     """What was changed, and what could not be checked."""
+    feed, least = min(recipe.of_pass(one).feed for one in recipe.worked), [float(one.feed.min()) for one in asked]
+    slow = [value for value in least if value < ALIKE * feed]
+    if slow and recipe.even is None:
+        yield (
+            f"{len(slow)} of {len(asked)} strokes are planned slower than the recipe says, down to "
+            f"{1e3 * min(slow):.2g} mm/s: along a fillet the wrist can do no more, and a repair has a feed of its own"
+        )
     turned = [followable(stroke) for stroke in asked]
     left = np.concatenate(
         [np.minimum(1.0, after.feed / before.feed) for before, after in zip(turned, done, strict=True)]

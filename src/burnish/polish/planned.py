@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import replace
 
 from burnish.paths.ease import duration, eased
@@ -16,8 +15,6 @@ from burnish.polish.process import SLOWEST
 from burnish.polish.recipe import LEAST_FORCE, MARGIN, Pass, Recipe
 from burnish.surface import DistanceGrid, Mould
 from burnish.trajectory.path import feed_share
-
-logger = logging.getLogger(__name__)
 
 
 def planned(recipe: Recipe, mould: Mould, grid: DistanceGrid) -> list[list[Stroke]]:
@@ -57,15 +54,4 @@ def _eased(recipe: Recipe, one: Pass, strokes: list[Stroke]) -> list[Stroke]:
     weak = any(
         new.force.min() < min(LEAST_FORCE, float(old.force.min())) for old, new in zip(strokes, slower, strict=True)
     )
-    if after == before or weak or before < recipe.limits.least_feed * after:
-        return strokes
-    count = sum(new is not old for old, new in zip(strokes, slower, strict=True))
-    logger.info(
-        "%d of %d strokes turn the tool fast, as over a fillet: they are slower, and the pass takes %.0f s instead of "
-        "%.0f s",
-        count,
-        len(strokes),
-        after,
-        before,
-    )
-    return slower
+    return strokes if weak or before < recipe.limits.least_feed * after else slower
