@@ -246,7 +246,7 @@ def stopped(stops: int) -> list[dict[str, Any]]:
         if legs:
             second = ran(grid, [stroke], 1, legs=legs)
             depth = depth + removed(surface, second.robot)
-            overlap.append(1e3 * twice(stroke, legs[0].begun, first.robot, second.robot))
+            overlap.append(1e3 * twice(stroke, first.job.worked, legs[0].begun, first.robot, second.robot))
         more.append(100.0 * float((depth - whole).max()) / target)
         less.append(100.0 * float((depth - whole).min()) / target)
     note = f"worst of {stops} stops on a patch of the plate, a new run each; against the run without a stop"
@@ -270,15 +270,22 @@ def stopped(stops: int) -> list[dict[str, Any]]:
     ]
 
 
-def twice(stroke: Stroke, begun: float, first: SimRobot, second: SimRobot) -> float:
-    """Path that both runs worked with more than half the force [m]; the second run began at path length ``begun``."""
+def twice(stroke: Stroke, seam: float, begun: float, first: SimRobot, second: SimRobot) -> float:
+    """Path that both runs worked with more than half the force [m].
 
-    def places(robot: SimRobot, begin: float) -> Array:
+    Path lengths: the first run was stopped at ``seam``, the second one began at ``begun``. A tool that is lost on the way
+    would make it too little, and ends the program.
+    """
+
+    def places(robot: SimRobot, begin: float, end: float) -> Array:
         points = np.asarray(robot.truth.point)[:, :2]
         rubs = np.isfinite(points[:, 0]) & (np.asarray(robot.truth.slip) > 1e-3)
-        return np.asarray(followed(stroke, points[rubs], begin)[robot.truth.cycle_force()[rubs] > 5.0])
+        arc = followed(stroke, points[rubs], begin)
+        if abs(arc[-1] - end) > ASIDE:
+            raise SystemExit(f"the tool was lost at {1e3 * arc[-1]:.1f} mm of its path; expected {1e3 * end:.1f} mm")
+        return np.asarray(arc[robot.truth.cycle_force()[rubs] > 5.0])
 
-    one, two = places(first, 0.0), places(second, begun)
+    one, two = places(first, 0.0, seam), places(second, begun, stroke.length)
     return max(0.0, float(one.max() - two.min())) if len(one) and len(two) else 0.0
 
 
