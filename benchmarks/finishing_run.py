@@ -273,8 +273,8 @@ def stopped(stops: int) -> list[dict[str, Any]]:
 def twice(stroke: Stroke, seam: float, begun: float, first: SimRobot, second: SimRobot) -> float:
     """Path that both runs worked with more than half the force [m].
 
-    Path lengths: the first run was stopped at ``seam``, the second one began at ``begun``. A tool that is lost on the way
-    would make it too little, and ends the program.
+    Path lengths: the first run was stopped at ``seam``, the second one began at ``begun``. A tool that is lost on
+    the way would make it too little, and ends the program.
     """
 
     def places(robot: SimRobot, begin: float, end: float) -> Array:
