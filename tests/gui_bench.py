@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +24,15 @@ FLAGS = (
 """WebGL without a graphics card, and a browser that does not ask its maker for anything."""
 
 
+_MAILBOXES = count()
+
+
 class FakeJob:
     """A job that does nothing but remember what it was told."""
 
     def __init__(self, line: list[str], folder: Path) -> None:
         self.line = line
-        self.box = Mailbox.create(folder / f"mailbox-{id(self)}")
+        self.box = Mailbox.create(folder / f"mailbox-{next(_MAILBOXES)}")
         self.outcome: int | None = None
         self.said = ""
         self.asked: list[str] = []

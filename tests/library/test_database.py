@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sqlite3
 import sys
+import threading
 from datetime import datetime, timedelta, timezone
 from importlib import resources
 from pathlib import Path
@@ -115,3 +117,15 @@ def test_library_in_a_place_that_cannot_be_written_is_refused(tmp_path: Path) ->
     (tmp_path / "file").write_bytes(b"")
     with pytest.raises(InputError, match="making the library"):
         Library.open(tmp_path / "file" / "library")
+
+
+def test_two_that_begin_a_database_at_once_wait_for_each_other(tmp_path: Path) -> None:
+    # SQLite itself does not wait where a database that another one is writing shall be written ahead.
+    other = sqlite3.connect(tmp_path / "burnish.db", isolation_level=None, check_same_thread=False)
+    other.execute("BEGIN IMMEDIATE")
+    done = threading.Timer(0.3, other.execute, ["COMMIT"])
+    done.start()
+    with Library.open(tmp_path) as library:
+        assert library.everything() == []
+    done.join()
+    other.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import resources
@@ -191,9 +192,23 @@ def _prepare_sqlite(engine: Engine) -> None:
     def connect(connection: sqlite3.Connection, record: object) -> None:
         # A transaction begins where we say so: several reads in one see one state.
         connection.isolation_level = None
-        for setting in ("journal_mode=wal", "synchronous=full", "foreign_keys=on"):
+        _write_ahead(connection)
+        for setting in ("synchronous=full", "foreign_keys=on"):
             connection.execute(f"PRAGMA {setting}")
 
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:
         connection.exec_driver_sql("BEGIN")
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Have changes written ahead. Where several begin a database at once SQLite does not wait for its turn: we do."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=wal")
+            return
+        except sqlite3.OperationalError as error:
+            if "locked" not in str(error) or time.monotonic() > until:
+                raise
+            time.sleep(0.01)
