@@ -4,7 +4,7 @@
 
 The server shows a job at 20 Hz on the bundled mould (about 10,000 vertices) to viewers that take all that is sent
 and draw nothing, because on this machine they would share the server's cores with a drawing in software; the first
-view is a real Chromium's, drawing in software. The job is the simulated arm, held by a torque law at 100 Hz by the
+view is a real Chromium's, drawing in software, by turns with a page of the same maker that holds one button. The job is the simulated arm, held by a torque law at 100 Hz by the
 clock on the wall, with a glance at 50 Hz and a row of the contact track every 10 ms, six times as often as a job at
 20 mm/s has one. Its late cycles are counted in blocks with server and viewers and, between them, in blocks in which
 these stand still (SIGSTOP); so both share every other load of the machine.
@@ -38,7 +38,7 @@ from gui_bench import CHROMIUM, FLAGS
 from burnish.runtime.mailbox import Glance, Mailbox
 
 MOULD, RATE = "mould", 100.0
-VIEWERS = 3
+VIEWERS, VIEWS = 3, 5
 LATE = 1.0
 """Periods after its time from which on a cycle is late."""
 
@@ -166,21 +166,33 @@ def cpu(pid: int) -> float:
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def first_view(pipe: Connection) -> list[float]:
-    """Time from the address to the controls in a real Chromium, three times [s]."""
+def bare(pipe: Connection) -> None:
+    """A server's process: viser with nothing but a button, as little as a page can be."""
+    import viser
+
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    server.gui.add_button("Stop")
+    while pipe.recv() != "end":
+        pipe.send(f"http://127.0.0.1:{server.get_port()}")
+    server.stop()
+
+
+def first_views(pipes: dict[str, Connection]) -> dict[str, list[float]]:
+    """Time from the address to the controls in a real Chromium, of each page by turns [s]."""
     from playwright.sync_api import sync_playwright
 
-    times = []
+    times: dict[str, list[float]] = {name: [] for name in pipes}
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
-        for _ in range(3):
-            pipe.send("url")
-            page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
-            start = time.perf_counter()
-            page.goto(pipe.recv())
-            page.get_by_role("button", name="Stop").wait_for(timeout=120_000)
-            times.append(time.perf_counter() - start)
-            page.context.close()
+        for _ in range(VIEWS):
+            for name, pipe in pipes.items():
+                pipe.send("url")
+                page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
+                start = time.perf_counter()
+                page.goto(pipe.recv())
+                page.get_by_role("button", name="Stop").wait_for(timeout=120_000)
+                times[name].append(time.perf_counter() - start)
+                page.context.close()
         browser.close()
     return times
 
@@ -239,7 +251,14 @@ def main() -> None:
             os.kill(process.pid, signal.SIGCONT)
         for process in viewers:
             process.terminate()
-        views = first_view(asked) if CHROMIUM.exists() else []
+        views: dict[str, list[float]] = {}
+        if CHROMIUM.exists():
+            nothing, nowhere = context.Pipe()
+            plain = context.Process(target=bare, args=(nowhere,), daemon=True)
+            plain.start()
+            views = first_views({"workshop": asked, "bare_viser_page": nothing})
+            nothing.send("end")
+            plain.join(30)
         ours.send("end")
         asked.send("end")
         job.join(30)

@@ -59,7 +59,6 @@ class Page:
         self._shown: tuple[Any, ...] = ()
         self.looked = -1
         """How much of the bench's changes this page has shown."""
-        theme.configure(gui, dark=False)
         self.headline = gui.add_html("")
         self.lead = gui.add_button("Take command", icon=viser.Icon.HAND_STOP, visible=False)
         self.step = gui.add_button("Plan")

@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from burnish.errors import BurnishError, InputError
-from burnish.gui import files
+from burnish.gui import files, theme
 from burnish.gui.bench import Bench
 from burnish.gui.page import Page
 from burnish.gui.part import Part
@@ -71,6 +71,11 @@ class Workshop:
         """Furnish a server; `run` keeps it alive."""
         self.server, self.library = server, library
         self.bench = Bench(library, server.start)
+        # The panel goes first: a picture that is there already would be drawn again in the room that is left.
+        theme.configure(server.viser.gui, dark=False)
+        server.viser.gui.set_panel_label("burnish workshop")
+        server.viser.gui.main_panel.dock_right()
+        server.viser.gui.main_panel.set_width(theme.WIDTH)
         self.scene = Scene(server.viser.scene)
         self.pages: dict[int, Page] = {}
         self._eager: set[int] = set()
@@ -87,9 +92,6 @@ class Workshop:
         self._over = threading.Event()
         camera = server.viser.initial_camera
         camera.position, camera.look_at, camera.fov = CAMERA, LOOK_AT, FIELD
-        server.viser.gui.set_panel_label("burnish workshop")
-        server.viser.gui.main_panel.dock_right()
-        server.viser.gui.main_panel.set_width(400)
         files.offer(server.pages, library, self.bench.runs)
         server.viser.on_client_connect(self._welcome)
         server.viser.on_client_disconnect(self._farewell)
