@@ -4,10 +4,11 @@
 
 The server shows a job at 20 Hz on the bundled mould (about 10,000 vertices) to viewers that take all that is sent
 and draw nothing, because on this machine they would share the server's cores with a drawing in software; the first
-view is a real Chromium's, drawing in software, by turns with a page of the same maker that holds one button. The job is the simulated arm, held by a torque law at 100 Hz by the
-clock on the wall, with a glance at 50 Hz and a row of the contact track every 10 ms, six times as often as a job at
-20 mm/s has one. Its late cycles are counted in blocks with server and viewers and, between them, in blocks in which
-these stand still (SIGSTOP); so both share every other load of the machine.
+view is a real Chromium's, drawing in software, by turns with a page of the same maker that holds one button. The job
+is the simulated arm, held by a torque law at 100 Hz by the clock on the wall, with a glance at 50 Hz and a row of the
+contact track every 10 ms, six times as often as a job at 20 mm/s has one. Its late cycles are counted in blocks with
+server and viewers and, between them, in blocks in which these stand still (SIGSTOP); so both share every other load of
+the machine.
 """
 
 from __future__ import annotations
