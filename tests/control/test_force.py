@@ -242,6 +242,7 @@ def test_stuck_joints_are_helped_to_seek() -> None:
     friction = Friction(coulomb=np.ones(6), viscous=np.zeros(6))
     laws = [fresh(seek_speed=5e-3, seek_depth=4e-3), fresh(seek_speed=5e-3, seek_depth=4e-3)]
     laws[1].friction = friction
+    laws[1].friction_share = 0.8
     helped = []
     for i in range(1, 1001):
         arm = at_rest(0.0, DT * i)
@@ -252,6 +253,30 @@ def test_stuck_joints_are_helped_to_seek() -> None:
     assert_allclose(helped[400], 0.8 * friction.torque(down), atol=1e-6)
     assert_allclose(helped[-1], np.zeros(6), atol=1e-9)
     assert np.abs(np.diff(helped, axis=0)).max() < 0.8 * 0.2
+
+
+@pytest.mark.parametrize(("rate", "share"), [(20.0, 1.0), (5.0, 0.5), (0.0, 0.0), (-5.0, -0.5), (-20.0, -1.0)])
+def test_stuck_joints_are_helped_to_press_more_and_less(rate: float, share: float) -> None:
+    friction = Friction(coulomb=np.ones(6), viscous=np.zeros(6))
+    laws = [fresh(seek_speed=5e-3), fresh(seek_speed=5e-3, friction_share=0.8)]
+    laws[1].friction = friction
+    for i in range(1, 401):
+        arm = at_rest(8.0, DT * i)
+        wanted = pressing(arm, 8.0 + DT * i * rate)
+        plain, compensated = (law.torque(arm, wanted) for law in laws)
+    down = np.linalg.solve(ARM.J, np.concatenate([-share * 5e-3 * NORMAL, np.zeros(3)]))
+    assert_allclose(compensated - plain, 0.8 * friction.torque(down), atol=1e-4)
+
+
+def test_the_first_set_force_is_not_one_that_rises() -> None:
+    laws = [fresh(fade_time=1e-6), fresh(fade_time=1e-6)]
+    laws[1].friction = Friction(coulomb=np.ones(6), viscous=np.zeros(6))
+    for start in (0.0, 5.0):
+        arm = at_rest(8.0, start + DT)
+        plain, compensated = (law.torque(arm, pressing(arm, 8.0)) for law in laws)
+        assert_allclose(compensated, plain, atol=1e-9)
+        for law in laws:
+            law.reset(at_rest(t=5.0))
 
 
 def test_lost_contact_fades_without_a_jump() -> None:
@@ -425,7 +450,7 @@ def test_gains_along_the_normal_fall_with_the_stiffness_of_the_tip() -> None:
     stiff = law.against(100e3)
     # 12 and 100 kN/m, each behind 100 kN/m of felt: 10.7 and 50 kN/m.
     share = (12.0 * 100.0 / 112.0) / 50.0
-    assert (stiff.normal_damping, stiff.force_gain) == pytest.approx((260.0 * share, 0.1 * share))
+    assert (stiff.normal_damping, stiff.force_gain) == pytest.approx((260.0 * share, 0.1 * share**2))
 
 
 @pytest.mark.slow

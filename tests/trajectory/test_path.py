@@ -173,6 +173,15 @@ def test_force_rises_in_the_ramp_holds_and_goes_on() -> None:
     assert_allclose(ramped.force[150:], PATH.force, atol=0.0)
 
 
+@pytest.mark.parametrize("start", [2.0, 1e3])
+def test_force_may_begin_with_what_a_touch_leaves_but_not_above_its_own(start: float) -> None:
+    ramped = PATH.with_ramp(0.5, 0.25, start)
+    own = float(PATH.force[0])
+    first = min(start, own)
+    assert_allclose(ramped.force[:100], np.linspace(first, own, 101)[:100], atol=1e-9)
+    assert_allclose(ramped.force[100:150], own, atol=0.0)
+
+
 def test_tool_stands_still_during_the_ramp() -> None:
     ramped = PATH.with_ramp(0.5, 0.25)
     assert not ramped.v[:150].any()

@@ -23,6 +23,8 @@ BLEND = 1e-4
 """Way at both ends of seeking over which its friction is blended in [m]: 20 ms of it."""
 SOFT_TIP = 12e3
 """Stiffness of the tip for which the gains along the normal are tuned [N/m]."""
+RISE = 10.0
+"""Rate of the set force from which the friction of pressing is compensated in full [N/s]."""
 FELT = 100e3
 """Stiffness of felt on steel, behind every tip [N/m]."""
 NOTHING: Wrench = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -41,8 +43,9 @@ class ForceMotion:
     that the tool touches. It fades to 0 when the force is lost: the normal direction is then held by position like
     the others, so the tool does not lunge, and looks for the surface a few millimetres down at the speed of a guarded
     approach. Without a normal in the reference c = 0: pure motion. τ_friction is compensated at the **planned** joint
-    speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs. With `spinning` the drag of a tip that a spindle
-    turns, at the planned motion and tilt, takes the place of −µ f_d v̂_t.
+    speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs; while f_d rises or falls v_d has a part along −n or
+    n, because the joints have to give the tip its way and would stick. With `spinning` the drag of a tip that a
+    spindle turns, at the planned motion and tilt, takes the place of −µ f_d v̂_t.
 
     A reference may ask for a share s of the stiffness, to be softer at an edge say: K_p becomes s K_p and K_d √s K_d,
     so the damping ratio stays. s above 1 wants a loop that is fast enough for it.
@@ -71,9 +74,9 @@ class ForceMotion:
     """Of both; K_d = 2 ζ ω."""
     position_integral: float = 0.5
     """K_i/K_p of the position [1/s]."""
-    orientation_integral: float = 0.5
+    orientation_integral: float = 1.0
     """K_i/K_p of the orientation [1/s]."""
-    force_gain: float = 0.1
+    force_gain: float = 0.2
     """k_f: proportional force feedback, dimensionless."""
     force_integral: float = 8.0
     """k_i: integral force feedback [1/s]."""
@@ -85,7 +88,7 @@ class ForceMotion:
     """Bound of the motion integrals [m/s², rad/s²]."""
     friction: Friction | None = None
     """Nominal joint friction to compensate; None compensates nothing."""
-    friction_share: float = 0.8
+    friction_share: float = 0.95
     """Share of it that is compensated: less than 1, because too much drives the joints by itself."""
     surface_friction: float = 0.3
     """µ of the tip on the surface, fed forward along the planned motion."""
@@ -107,6 +110,9 @@ class ForceMotion:
     _force_integral: float = field(default=0.0, init=False, repr=False)
     _contact: float = field(default=0.0, init=False, repr=False)
     _sunk: float = field(default=0.0, init=False, repr=False)
+    _wanted: float | None = field(default=None, init=False, repr=False)
+    _rise: float = field(default=0.0, init=False, repr=False)
+    """Rate of the set force [N/s]."""
     _t: float = field(default=0.0, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -131,6 +137,7 @@ class ForceMotion:
         self._force_integral = 0.0
         self._contact = 0.0
         self._sunk = 0.0
+        self._wanted, self._rise = None, 0.0
         self._tank.fill()
         self._t = arm.t
 
@@ -138,11 +145,11 @@ class ForceMotion:
         """This law for a tip of this stiffness [N/m]: the stiffer the contact, the less D_n and k_f.
 
         A stiffer contact rings faster, and there what acts late no longer damps but drives: with 21 ms of dead time
-        D_n turns from brake to motor at 75 rad/s, 12 Hz. Both gains go with the inverse of the stiffness of tip and
-        felt in series, down from that of a tip of 12 kN/m; found by trial with tips of 30 and 100 kN/m.
+        D_n turns from brake to motor at 75 rad/s, 12 Hz. D_n goes with the inverse of the stiffness of tip and felt in
+        series, down from that of a tip of 12 kN/m, k_f with its square; found by trial with tips of 30 and 100 kN/m.
         """
-        share = min(1.0, _with_felt(SOFT_TIP) / _with_felt(stiffness))
-        return replace(self, normal_damping=share * self.normal_damping, force_gain=share * self.force_gain)
+        share = min(1.0, with_felt(SOFT_TIP) / with_felt(stiffness))
+        return replace(self, normal_damping=share * self.normal_damping, force_gain=share**2 * self.force_gain)
 
     @property
     def energy(self) -> float:
@@ -174,6 +181,8 @@ class ForceMotion:
             n = reference.normal.tolist()
             c, press = self._press(_along(n, arm.F.tolist()), reference.force, dt)
             press *= c * share
+            self._rise = 0.0 if self._wanted is None or dt <= 0.0 else (reference.force - self._wanted) / dt
+            self._wanted = reference.force
             energy -= dt * (c * _along(n, momentum) * _along(n, counted) + press * _along(n, slip))
             self._leave(n, c, feedback, dt)
             held = self._held(n, c, c * self.normal_damping * _along(n, slip) - press, reference)
@@ -188,12 +197,18 @@ class ForceMotion:
         return np.asarray(tau)
 
     def _meant(self, reference: ToolReference) -> Array:
-        """The planned twist, and with it the seeking of a surface that was lost: stuck joints would not do it."""
+        """The planned twist, and with it what stuck joints would not do: seek a surface that was lost, and press more.
+
+        While the force shall rise the joints have to give the tip its way, and while it shall fall to take it back.
+        """
+        if reference.normal is None:
+            return reference.v
         sinks = (1.0 - 2.0 * self._contact) * min(1.0, self._sunk / BLEND, (self.seek_depth - self._sunk) / BLEND)
-        if reference.normal is None or sinks <= 0.0:
+        down = max(sinks, 0.0) + self._contact * min(max(self._rise / RISE, -1.0), 1.0)
+        if down == 0.0:
             return reference.v
         v = reference.v.copy()
-        v[:3] -= sinks * self.seek_speed * reference.normal
+        v[:3] -= down * self.seek_speed * reference.normal
         return v
 
     def _leave(self, n: list[float], c: float, feedback: list[float], dt: float) -> None:
@@ -238,7 +253,7 @@ class ForceMotion:
         return self.position_frequency**2 * self._sunk
 
 
-def _with_felt(stiffness: float) -> float:
+def with_felt(stiffness: float) -> float:
     """Stiffness of a tip and the felt one behind the other [N/m]."""
     return stiffness * FELT / (stiffness + FELT)
 

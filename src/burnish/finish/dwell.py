@@ -34,6 +34,8 @@ from burnish.trajectory.path import time_path
 
 RAMP, STAND = 0.5, 0.5
 """For how long the force rises, and then stands, before a stroke moves [s]."""
+FIRST = 2.0
+"""Force with which it begins to rise [N], about what a touch leaves: asked for none, a stiff tip comes off again."""
 ACCELERATION = 0.1
 """Along and across a path [m/s²]."""
 OUTSIDE = 0.005
@@ -71,7 +73,7 @@ class Dwell:
         """Depth that the strokes remove when they are run as timed, starts, turns and ends included [m], (V,)."""
         total = np.zeros(len(surface.vertices))
         for stroke in strokes:
-            path = self._timed(stroke).with_ramp(RAMP, STAND)
+            path = self._timed(stroke).with_ramp(RAMP, STAND, FIRST)
             axes = path.R[:, :, 2]
             # The apex of a leaning tip is not where it touches.
             contacts = path.p - self.law.tip_radius * (path.normal + axes)
@@ -144,11 +146,12 @@ class Dwell:
         way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(path.p, axis=0), axis=1))))
         fastest = 1.0 / np.interp(arc, way * arc[-1] / way[-1], np.linalg.norm(path.v[:, :3], axis=1).clip(1e-3))
         spread = _hats(arc, nodes)
+        risen = 0.5 + 0.5 * min(FIRST / float(force[0]), 1.0)
         return _Track(
             nodes=nodes,
             rates=csr_array(rates.multiply(length) @ spread),
             fastest=np.asarray(np.maximum((spread.T @ fastest) / spread.sum(axis=0).clip(1e-9), 1.0 / self.feed_max)),
-            stood=np.asarray(rates[:, [0]].toarray()[:, 0] * (0.5 * RAMP + STAND)),
+            stood=np.asarray(rates[:, [0]].toarray()[:, 0] * (risen * RAMP + STAND)),
         )
 
     def _feeding(self, stroke: Stroke) -> Array:

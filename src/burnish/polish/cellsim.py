@@ -156,10 +156,9 @@ def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointF
     T is the delay, half a period of holding, half of differencing positions, and the sensor's filter.
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
-    omega = min(40.0, 0.29 / dead)
     law = ForceMotion(
-        position_frequency=omega,
-        orientation_frequency=omega,
+        position_frequency=min(40.0, 0.29 / dead),
+        orientation_frequency=min(40.0, 0.32 / dead),
         friction=arm.friction,
         surface_friction=tool.friction,
         contact_force=0.6 * felt.least_touch,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from math import sqrt
 
 import numpy as np
 
-from burnish.control.force import ForceMotion
+from burnish.control.force import ForceMotion, with_felt
 from burnish.control.joint import ComputedTorque
 from burnish.core import Array, Controller, Dynamics, Ref, Sample, Source, State
 from burnish.model.ik import inverse_kinematics
@@ -22,7 +23,10 @@ from burnish.trajectory import Cubic, CubicPose, Descend, HoldPose
 from burnish.trajectory.path import tool_rotation
 
 APPROACH_SPEED = 5e-3
-"""Speed of a guarded approach [m/s]: what the tip meets at v costs about v √(k m) of force."""
+"""Speed of a guarded approach [m/s]; a stiff tip is slower, see `gently`."""
+LIGHT, MASS = 2.75, 13.0
+"""Force of a first touch [N] beyond which the approach is slower, and mass that is felt then [kg]: what tips of 10 to
+100 kN/m meet at v costs v √(k m) in trials, late readings and rotors included."""
 TRAVEL_SPEED = 0.05
 """Largest mean speed in free air [m/s]."""
 FREE_SPEED = 0.1
@@ -35,6 +39,12 @@ NEARBY = 5e-3
 """Way so short that the tool need not rise for it [m]."""
 SEARCH = 6e-3
 """How far below its nominal place a mould is still looked for [m]."""
+
+
+def gently(speed: float, tool: PolishingTool) -> float:
+    """A speed to touch with [m/s], so much less as a stiff tip makes the touch harder."""
+    touch = APPROACH_SPEED * sqrt(with_felt(tool.stiffness) * MASS)
+    return speed * min(1.0, LIGHT / touch)
 
 
 def five_touches(moves: Moves) -> Iterator[Sample]:
@@ -119,7 +129,7 @@ class Moves:
         """Go above a point, tare in free air, and descend along its normal until it is felt."""
         yield from self.across(p + (self.uncertainty + CLEARANCE) * n, R)
         yield from self.tare()
-        descent = Descend(direction=-n, R=R, speed=APPROACH_SPEED)
+        descent = Descend(direction=-n, R=R, speed=gently(APPROACH_SPEED, self.tool))
         felt = Felt(direction=n, force=self.rig.sense.touch_threshold(n))
         depth = 2.0 * self.uncertainty + CLEARANCE + SEARCH
         yield from self.drive(phase, descent, self.law, lambda arm: felt(arm) or descent.depth(arm) > depth)

@@ -10,6 +10,7 @@ import numpy as np
 from burnish.control.joint import GravityCompensation
 from burnish.core import Array, Sample, ToolReference
 from burnish.errors import PlanError
+from burnish.finish.dwell import FIRST, RAMP, STAND
 from burnish.model.ik import inverse_kinematics
 from burnish.paths.stroke import Stroke
 from burnish.polish.cell import READY, Placement
@@ -26,8 +27,8 @@ ACCELERATION = 0.1
 """Along and across the path [m/s²]: slow in the turns, where friction changes its sign in every joint."""
 SLOWEST = 0.67
 """Share of the feed, on the mean, below which a stroke is refused instead of slowed: a crest or a fillet may be."""
-SETTLE = 1.0
-"""Time from touch to the start of the pass [s]; half of it is the force ramp."""
+SETTLE = RAMP + STAND
+"""Time from touch to the start of the pass [s]."""
 
 
 @dataclass(kw_only=True)
@@ -234,4 +235,4 @@ def timed(stroke: Stroke, placement: Placement, upright: Array, tip_radius: floa
         tip_radius=0.0 if tip_radius is None else tip_radius,
         stiffness=stroke.stiffness,
     )
-    return path.with_ramp(0.5 * SETTLE, 0.5 * SETTLE)
+    return path.with_ramp(RAMP, STAND, FIRST)

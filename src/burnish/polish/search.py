@@ -19,7 +19,7 @@ from burnish.model.ik import inverse_kinematics, solve
 from burnish.polish.cell import READY, Placement
 from burnish.polish.guesses import Doubt, Guesses
 from burnish.polish.locate import GATE, TOUCH_DOUBT, untold
-from burnish.polish.moves import APPROACH_SPEED, CLEARANCE, Felt, Moves, nearest_turn
+from burnish.polish.moves import APPROACH_SPEED, CLEARANCE, Felt, Moves, gently, nearest_turn
 from burnish.surface import DistanceGrid
 from burnish.trajectory import Descend
 
@@ -313,7 +313,7 @@ def _feel(moves: Moves, search: Search, line: Line) -> Iterator[Sample]:
     R, r = moves.upright, moves.tool.tip_radius
     yield from moves.across(line.start + r * R[:, 2], R)
     yield from moves.tare()
-    speed = APPROACH_SPEED if line.far < LONG else HASTE
+    speed = gently(APPROACH_SPEED if line.far < LONG else HASTE, moves.tool)
     descent = Descend(direction=line.way, R=R, speed=speed)
     felt = Felt(direction=-line.way, force=moves.rig.sense.touch_threshold(-line.way))
     way: list[Array] = []

@@ -68,10 +68,14 @@ class TimedPath:
         """Time from the first to the last node [s]."""
         return self.dt * (len(self.p) - 1)
 
-    def with_ramp(self, ramp: float, settle: float) -> TimedPath:
-        """This path after a stand in which the force rises from 0 in ``ramp`` and holds for ``settle`` [s]."""
+    def with_ramp(self, ramp: float, settle: float, start: float = 0.0) -> TimedPath:
+        """This path after a stand in which the force rises from ``start`` [N] in ``ramp`` and holds for ``settle`` [s].
+
+        A path that begins with less than ``start`` stands with its own force from the beginning.
+        """
         still, rise = round((ramp + settle) / self.dt), round(ramp / self.dt)
         share = np.minimum(np.arange(still) / max(rise, 1), 1.0)
+        start = min(start, float(self.force[0]))
 
         def stand(values: Array) -> Array:
             return np.concatenate([np.repeat(values[:1], still, axis=0), values])
@@ -86,7 +90,7 @@ class TimedPath:
             v=rest(self.v),
             a=rest(self.a),
             normal=stand(self.normal),
-            force=np.concatenate([share * self.force[0], self.force]),
+            force=np.concatenate([start + share * (self.force[0] - start), self.force]),
             stiffness=None if self.stiffness is None else stand(self.stiffness),
         )
 
