@@ -1,11 +1,13 @@
 import time
+from datetime import datetime, timezone
 from pathlib import Path
 
 import pytest
 from gui_bench import Hand, bench, block, gui
 
-from burnish.gui.entries import BIN, details, labels, line
+from burnish.gui.entries import BIN, compared, details, labels, line
 from burnish.gui.page import Page
+from burnish.library import RunRow
 from burnish.polish.recipe import Recipe
 from burnish.polish.recipe_file import write_recipe
 
@@ -110,3 +112,25 @@ def test_entries_of_one_name_can_be_told_apart(work) -> None:
 
 def test_details_have_units(work) -> None:
     assert dict(details(work.library.recipes()[0]))["force"] == "6.0 N"
+
+
+def run_of(mould: str, **metrics: float) -> RunRow:
+    """A job that is done."""
+    day = datetime(2026, 3, 1, tzinfo=timezone.utc)
+    return RunRow(
+        id="1" * 32, name="2026-03-01_polish", created=day, files=(), tags=(), notes="", verb="polish", mould=mould,
+        mould_sha256="0" * 64, arm="honest", sensor="wrist", ended="done", outcome="done", duration=60.0, folder="",
+        metrics=metrics,
+    )  # fmt: skip
+
+
+def test_runs_are_told_apart_by_what_was_worked() -> None:
+    assert line(run_of("hinge")) == "hinge · done · 2026-03-01_polish"
+
+
+def test_compared_runs_say_what_was_worked_and_with_what_force() -> None:
+    rows = compared(run_of("hinge", force_set_N=8.0, force_rms_N=0.2), run_of("frame", force_set_N=12.0))
+    assert ("mould", "hinge", "frame") in rows
+    assert ("arm", "honest, simulated", "honest, simulated") in rows
+    assert ("set force", "8.0 N", "12.0 N") in rows
+    assert rows[-1] == ("force error, RMS", "0.20 N", "–")

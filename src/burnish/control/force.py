@@ -76,7 +76,7 @@ class ForceMotion:
     """K_i/K_p of the position [1/s]."""
     orientation_integral: float = 1.0
     """K_i/K_p of the orientation [1/s]."""
-    force_gain: float = 0.2
+    force_gain: float = 0.1
     """k_f: proportional force feedback, dimensionless."""
     force_integral: float = 8.0
     """k_i: integral force feedback [1/s]."""
@@ -88,7 +88,7 @@ class ForceMotion:
     """Bound of the motion integrals [m/s², rad/s²]."""
     friction: Friction | None = None
     """Nominal joint friction to compensate; None compensates nothing."""
-    friction_share: float = 0.95
+    friction_share: float = 0.8
     """Share of it that is compensated: less than 1, because too much drives the joints by itself."""
     surface_friction: float = 0.3
     """µ of the tip on the surface, fed forward along the planned motion."""

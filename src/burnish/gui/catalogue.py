@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import viser
 
 from burnish.errors import InputError
-from burnish.gui import entries, theme, words
+from burnish.gui import entries, theme
 from burnish.gui.controls import allow, guarded, put
 from burnish.gui.entries import ANY_TAG, BIN, KINDS
 from burnish.gui.part import Part
@@ -141,7 +141,7 @@ class LibraryTab:
         if not isinstance(self.row, RunRow) or not isinstance(other, RunRow):
             put(self.compared, content=theme.text("Choose a run above and another one here.", dim=True))
             return
-        rows = words.compared(self.row.metrics, other.metrics)
+        rows = entries.compared(self.row, other)
         put(self.compared, content=theme.table(rows, ("", self.row.name, other.name)))
 
     def _use(self, event: Any) -> None:

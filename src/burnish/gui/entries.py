@@ -41,10 +41,10 @@ def labels(rows: list[Row]) -> dict[str, Row]:
 
 def line(row: Row) -> str:
     """A row in one line."""
-    parts = [row.name]
     if isinstance(row, RunRow):
-        parts.append(row.ended)
-    return " · ".join([*parts, when(row.created)])
+        # A run is called after its day until somebody gives it a name.
+        return " · ".join([row.mould or row.verb, row.ended, row.name])
+    return " · ".join([row.name, when(row.created)])
 
 
 def when(moment: datetime) -> str:
@@ -57,15 +57,26 @@ def details(row: Row) -> list[tuple[str, str]]:
     return [("kind", kind(row)), *_own(row), ("entered", when(row.created)), ("tags", ", ".join(row.tags) or "–")]
 
 
+def compared(left: RunRow, right: RunRow) -> list[tuple[str, str, str]]:
+    """Two runs side by side: what, the one, the other."""
+    pairs = [(what, one, other) for (what, one), (_, other) in zip(_done(left), _done(right), strict=True)]
+    return [*pairs, *words.compared(left.metrics, right.metrics)]
+
+
 def kind(row: Row) -> str:
     """What a row is."""
     return type(row).__name__.removesuffix("Row").lower()
 
 
+def _done(row: RunRow) -> list[tuple[str, str]]:
+    """What a run was, without its figures."""
+    arm = f"{row.arm}, simulated" if row.arm else "–"
+    return [("verb", row.verb), ("mould", row.mould or "–"), ("arm", arm), ("ended", row.outcome)]
+
+
 def _own(row: Row) -> list[tuple[str, str]]:
     if isinstance(row, RunRow):
-        head = [("verb", row.verb), ("mould", row.mould or "–"), ("arm", f"{row.arm}, simulated" if row.arm else "–")]
-        return [*head, ("ended", row.outcome), *words.figures(row.metrics)]
+        return [*_done(row), *words.figures(row.metrics)]
     if isinstance(row, MouldRow):
         unit = "found from its size" if row.unit == "auto" else row.unit
         return [("size", words.size_in_mm(row.size)), ("triangles", str(row.triangles)), ("unit of the file", unit)]

@@ -101,7 +101,8 @@ class Planner:
         with self._lock:
             if self._process is not process:
                 return
-            self._process, self.stage = None, ""
+            # The stage stays what is said until whoever waits has the result.
+            self._process = None
         process.join()
         if result is None:
             why = f"{CRASHED} (exit status {process.exitcode})."

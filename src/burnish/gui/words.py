@@ -87,6 +87,7 @@ def size_in_mm(sides: tuple[float, ...]) -> str:
 
 
 FIGURES = (
+    ("force_set_N", "set force", "N", 1, 1.0),
     ("force_rms_N", "force error, RMS", "N", 2, 1.0),
     ("force_p99_N", "force error, in 99 % of the time below", "N", 2, 1.0),
     ("touch_peak_N", "highest touch", "N", 1, 1.0),
