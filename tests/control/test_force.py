@@ -279,6 +279,16 @@ def test_the_first_set_force_is_not_one_that_rises() -> None:
             law.reset(at_rest(t=5.0))
 
 
+def test_a_set_force_after_free_motion_is_not_one_that_falls() -> None:
+    laws = [fresh(fade_time=1e-6), fresh(fade_time=1e-6)]
+    laws[1].friction = Friction(coulomb=np.ones(6), viscous=np.zeros(6))
+    for i, (normal, force) in enumerate([(NORMAL, 8.0), (None, 0.0), (NORMAL, 2.0)], start=1):
+        arm = at_rest(8.0, DT * i)
+        wanted = replace(pressing(arm, force), normal=normal)
+        plain, compensated = (law.torque(arm, wanted) for law in laws)
+        assert_allclose(compensated, plain, atol=1e-9)
+
+
 def test_lost_contact_fades_without_a_jump() -> None:
     law = fresh(fade_time=0.04, seek_speed=5e-3, position_frequency=17.0)
     before = feel(law, 8.0, 8.0, 1000)[-1]

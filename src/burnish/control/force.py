@@ -181,12 +181,11 @@ class ForceMotion:
             n = reference.normal.tolist()
             c, press = self._press(_along(n, arm.F.tolist()), reference.force, dt)
             press *= c * share
-            self._rise = 0.0 if self._wanted is None or dt <= 0.0 else (reference.force - self._wanted) / dt
-            self._wanted = reference.force
             energy -= dt * (c * _along(n, momentum) * _along(n, counted) + press * _along(n, slip))
             self._leave(n, c, feedback, dt)
             held = self._held(n, c, c * self.normal_damping * _along(n, slip) - press, reference)
         self._tank.add(energy)
+        self._follow(reference, dt)
         wrench = Lambda.dot(reference.a - arm.dJdq + np.array(feedback)) + held
         tau = wrench.dot(arm.J) + arm.h + arm.g
         if self.friction is not None:
@@ -195,6 +194,12 @@ class ForceMotion:
             close = SINGULAR_MOBILITY**2 * float(np.vdot(Lambda, Lambda))
             tau += self.friction_share / (1.0 + close**4) * self.friction.torque(planned)
         return np.asarray(tau)
+
+    def _follow(self, reference: ToolReference, dt: float) -> None:
+        """How fast the set force rises; after free motion it begins anew."""
+        before, now = self._wanted, None if reference.normal is None else reference.force
+        self._wanted = now
+        self._rise = 0.0 if before is None or now is None or dt <= 0.0 else (now - before) / dt
 
     def _meant(self, reference: ToolReference) -> Array:
         """The planned twist, and with it what stuck joints would not do: seek a surface that was lost, and press more.
