@@ -33,7 +33,7 @@ from burnish.trajectory import TimedPath
 from burnish.trajectory.path import time_path
 
 RAMP, STAND = 0.5, 0.5
-"""For how long the force rises, and then stands, before a stroke moves [s]."""
+"""For how long the force rises, and then stands, before a stroke moves that begins with more than `FIRST` [s]."""
 FIRST = 2.0
 """Force with which it begins to rise [N], about what a touch leaves: asked for none, a stiff tip comes off again."""
 ACCELERATION = 0.1
@@ -146,12 +146,13 @@ class Dwell:
         way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(path.p, axis=0), axis=1))))
         fastest = 1.0 / np.interp(arc, way * arc[-1] / way[-1], np.linalg.norm(path.v[:, :3], axis=1).clip(1e-3))
         spread = _hats(arc, nodes)
-        risen = 0.5 + 0.5 * min(FIRST / float(force[0]), 1.0)
+        # Where it begins with what a touch leaves, it moves on at once.
+        stand = path.with_ramp(RAMP, STAND, FIRST).force[: -len(path.p)]
         return _Track(
             nodes=nodes,
             rates=csr_array(rates.multiply(length) @ spread),
             fastest=np.asarray(np.maximum((spread.T @ fastest) / spread.sum(axis=0).clip(1e-9), 1.0 / self.feed_max)),
-            stood=np.asarray(rates[:, [0]].toarray()[:, 0] * (risen * RAMP + STAND)),
+            stood=np.asarray(rates[:, [0]].toarray()[:, 0] * (path.dt * stand.sum() / force[0])),
         )
 
     def _feeding(self, stroke: Stroke) -> Array:

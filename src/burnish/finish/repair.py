@@ -33,14 +33,14 @@ LEAD = 5e-3
 """Length at both ends of a repair stroke over which its force rises and falls [m]."""
 _SHORTEST = 10e-3
 """Least length of a repair stroke [m]; a shorter one digs in where it starts and repairs little."""
-SLOW = 4.0
+SLOW = 3.0
 """Feed of a repair stroke on the mean, in least feeds: about that of a turn."""
 FARTHEST = 10e-3
 """Longest way over which two pieces of a path are joined by a turn [m]: a few line distances."""
 _PITCH, _SAME = 0.5e-3, 1e-6
 """Distance of the points of a turn, and of points that are one [m]."""
 _ALIKE = float(np.cos(np.deg2rad(20.0)))
-_CORE = 0.6
+_CORE = 0.7
 """Share of a zone's mean lack from which a path leads over a place."""
 _SMALLEST = 2.0
 """Least area of a zone, in areas of the contact: a smaller one is not worth an approach."""
@@ -89,7 +89,7 @@ def repair(
     if not (target > 0.0 and 0.0 < tolerance < 1.0):
         raise PlanError(f"repair to {target} m within {tolerance}; expected a positive depth and a share below 1")
     radius = float(contact_radius(_force(strokes), dwell.law.tip_radius, 0.0, dwell.law.modulus))
-    seen = as_the_tip_sees(surface, depth, radius)
+    seen = as_the_tip_sees(surface, depth, radius, judged)
     zone = zones(surface, judged & (seen < (1.0 - tolerance) * target), _SMALLEST * np.pi * radius**2)
     missing = np.where(judged, np.clip(target - seen, 0.0, None), 0.0)
     # Towards the rim of a zone less lacks than the slow turns of a path would add; the width of the contact does it.
@@ -101,16 +101,39 @@ def repair(
     if not pieces:
         return Repair(missing=read_only(missing), zone=zone, strokes=())
     pieces = _gentle(dwell, surface, pieces, missing, zone > 0)
-    fitted = dwell.fitted(surface, pieces, target - depth, judged)
+    strokes = _worthwhile(dwell, surface, pieces, target - depth, judged)
+    return Repair(missing=read_only(missing), zone=zone, strokes=tuple(strokes))
+
+
+def _worthwhile(
+    dwell: Dwell, surface: WorkingSurface, pieces: Sequence[Stroke], lacks: Array, judged: NDArray[np.bool_]
+) -> list[Stroke]:
+    """The pieces with their feed fitted, without those that leave the surface less even than it is without them.
+
+    At its fastest a stroke still removes something. The worst is left out, and the others are fitted anew.
+    """
     share = surface.areas * judged
-    before, after = (share @ (found - target) ** 2 for found in (depth, depth + dwell.depth(surface, fitted)))
-    return Repair(missing=read_only(missing), zone=zone, strokes=tuple(fitted) if after < before else ())
+    while pieces:
+        fitted = dwell.fitted(surface, pieces, lacks, judged)
+        depths = [dwell.depth(surface, [stroke]) for stroke in fitted]
+        left = lacks - np.sum(depths, axis=0)
+        # Of Σ w (l + d)² − Σ w l², for the piece that is left out.
+        gain = [float(share @ (depth * (2.0 * left + depth))) for depth in depths]
+        worst = int(np.argmin(gain))
+        if gain[worst] >= 0.0:
+            return fitted
+        pieces = [piece for i, piece in enumerate(pieces) if i != worst]
+    return []
 
 
-def as_the_tip_sees(surface: WorkingSurface, depth: Array, radius: float) -> Array:
-    """The depth averaged over a contact of this radius [m] around each vertex, with weights 1 − s²/a², (V,)."""
+def as_the_tip_sees(surface: WorkingSurface, depth: Array, radius: float, judged: NDArray[np.bool_]) -> Array:
+    """The depth averaged over a contact of this radius [m] around each vertex, with weights 1 − s²/a², (V,).
+
+    At the rim of what is judged, (V,), only what is judged counts: beyond it nobody cares, and less is removed.
+    """
     tree = cKDTree(surface.vertices)
     pairs = tree.sparse_distance_matrix(tree, radius, output_type="ndarray")
+    pairs = pairs[judged[pairs["j"]] | ~judged[pairs["i"]]]
     weight = (1.0 - (pairs["v"] / radius) ** 2) * surface.areas[pairs["j"]]
     total = np.bincount(pairs["i"], weight, len(depth))
     return np.asarray(np.bincount(pairs["i"], weight * depth[pairs["j"]], len(depth)) / total)

@@ -10,7 +10,7 @@ from burnish.core import Array
 from burnish.errors import PlanError
 from burnish.finish.dwell import Dwell
 from burnish.finish.removal import Coverage
-from burnish.paths.lead import TOUCHING, with_leads
+from burnish.paths.lead import with_leads
 from burnish.paths.stroke import Stroke
 from burnish.polish.depth import Ground, law_of, spindle_of, target
 from burnish.polish.recipe import LEAST_FORCE, Recipe
@@ -56,8 +56,8 @@ def evened(recipe: Recipe, ground: Ground, passes: Sequence[Sequence[Stroke]]) -
 
 
 def _led(stroke: Stroke) -> Stroke:
-    """The stroke with leads that press no less than a stroke has to."""
-    return with_leads(stroke, LEAD, min(1.0, max(TOUCHING, LEAST_FORCE / float(stroke.force.min()))))
+    """The stroke with leads that press no more than a touch leaves: so the tool need not stand until its force is up."""
+    return with_leads(stroke, LEAD, min(1.0, LEAST_FORCE / float(stroke.force.min())))
 
 
 def planned_depth(recipe: Recipe, ground: Ground, strokes: Sequence[Stroke]) -> Array:

@@ -71,11 +71,12 @@ class TimedPath:
     def with_ramp(self, ramp: float, settle: float, start: float = 0.0) -> TimedPath:
         """This path after a stand in which the force rises from ``start`` [N] in ``ramp`` and holds for ``settle`` [s].
 
-        A path that begins with less than ``start`` stands with its own force from the beginning.
+        A path that begins with no more than ``start`` has nothing to wait for, and is left as it is.
         """
+        if self.force[0] <= (1.0 + ALIKE) * start:
+            return self
         still, rise = round((ramp + settle) / self.dt), round(ramp / self.dt)
         share = np.minimum(np.arange(still) / max(rise, 1), 1.0)
-        start = min(start, float(self.force[0]))
 
         def stand(values: Array) -> Array:
             return np.concatenate([np.repeat(values[:1], still, axis=0), values])
@@ -227,6 +228,8 @@ class SurfacePath:
 
 
 ZERO6 = np.zeros(6)
+ALIKE = 1e-6
+"""Share by which two forces may differ and count as one: what rounding leaves."""
 
 
 TURN_RATE = 0.3
