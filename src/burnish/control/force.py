@@ -43,8 +43,9 @@ class ForceMotion:
     that the tool touches. It fades to 0 when the force is lost: the normal direction is then held by position like
     the others, so the tool does not lunge, and looks for the surface a few millimetres down at the speed of a guarded
     approach. Without a normal in the reference c = 0: pure motion. τ_friction is compensated at the **planned** joint
-    speed q̇_d = J̄ v_d, which neither noise nor stiction disturbs; while f_d rises or falls v_d has a part along −n or
-    n, because the joints have to give the tip its way and would stick. With `spinning` the drag of a tip that a
+    speed q̇_d = J̄ (v_d + T a_d), which neither noise nor stiction disturbs, and as it will be when the torque acts, T from
+    now: where a joint turns round its friction does so at once. While f_d rises or falls v_d has a part along −n or n,
+    because the joints have to give the tip its way and would stick. With `spinning` the drag of a tip that a
     spindle turns, at the planned motion and tilt, takes the place of −µ f_d v̂_t.
 
     A reference may ask for a share s of the stiffness, to be softer at an edge say: K_p becomes s K_p and K_d √s K_d,
@@ -72,7 +73,7 @@ class ForceMotion:
     """Natural frequency of the orientation [rad/s]."""
     damping_ratio: float = 1.0
     """Of both; K_d = 2 ζ ω."""
-    position_integral: float = 0.5
+    position_integral: float = 2.0
     """K_i/K_p of the position [1/s]."""
     orientation_integral: float = 1.0
     """K_i/K_p of the orientation [1/s]."""
@@ -88,8 +89,10 @@ class ForceMotion:
     """Bound of the motion integrals [m/s², rad/s²]."""
     friction: Friction | None = None
     """Nominal joint friction to compensate; None compensates nothing."""
-    friction_share: float = 0.8
-    """Share of it that is compensated: less than 1, because too much drives the joints by itself."""
+    friction_share: float = 1.0
+    """Share of it that is compensated."""
+    friction_ahead: float = 0.0
+    """T, by which the planned motion is looked ahead for its friction [s]: what a torque takes until it acts."""
     surface_friction: float = 0.3
     """µ of the tip on the surface, fed forward along the planned motion."""
     contact_force: float = 0.5
@@ -189,7 +192,7 @@ class ForceMotion:
         wrench = Lambda.dot(reference.a - arm.dJdq + np.array(feedback)) + held
         tau = wrench.dot(arm.J) + arm.h + arm.g
         if self.friction is not None:
-            planned = arm.J_bar.dot(self._meant(reference))
+            planned = arm.J_bar.dot(self._meant(reference) + self.friction_ahead * reference.a)
             # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
             close = SINGULAR_MOBILITY**2 * float(np.vdot(Lambda, Lambda))
             tau += self.friction_share / (1.0 + close**4) * self.friction.torque(planned)

@@ -153,13 +153,15 @@ def travel_law(arm: Arm) -> ComputedTorque:
 def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointFelt) -> ForceMotion:
     """Gains for the dead time of the loop: what acts T late can be held no faster than about a third of 1/T.
 
-    T is the delay, half a period of holding, half of differencing positions, and the sensor's filter.
+    T is the delay, half a period of holding, half of differencing positions, and the sensor's filter. The friction of a
+    joint that turns round is to be there when it does: by trial 1.5 T ahead.
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
     law = ForceMotion(
         position_frequency=min(40.0, 0.29 / dead),
         orientation_frequency=min(40.0, 0.32 / dead),
         friction=arm.friction,
+        friction_ahead=1.5 * dead,
         surface_friction=tool.friction,
         contact_force=0.6 * felt.least_touch,
         spinning=tool.spinning,
