@@ -10,10 +10,11 @@ from surface.shapes import box
 
 from burnish.core import Array
 from burnish.errors import PlanError
-from burnish.finish.dwell import Dwell, _bounded_least_squares
+from burnish.finish.dwell import FIRST, Dwell, _bounded_least_squares
 from burnish.finish.removal import Removal, coverage
 from burnish.finish.rubbing import Spindle
 from burnish.paths.hertz import contact_radius
+from burnish.paths.lead import with_leads
 from burnish.paths.stroke import Stroke
 from burnish.paths.tilt import Tilt
 from burnish.surface import Mould, WorkingSurface
@@ -128,3 +129,10 @@ def test_tool_that_stands_longer_at_the_start_moves_on_faster(monkeypatch: pytes
         feed = DWELL.fitted(SURFACE, [PATH], np.full(len(X), LEVEL), judged)[0].feed
         times.append(float(np.mean(1.0 / feed[near])))
     assert times[1] < 0.9 * times[0]
+
+
+def test_stroke_that_begins_with_what_a_touch_leaves_removes_nothing_before_it_moves() -> None:
+    led = with_leads(PATH, touching=FIRST / float(PATH.force[0]))
+    start = np.hypot(*(SURFACE.vertices - PATH.points[0])[:, :2].T) < 3e-3
+    stands, goes = (DWELL.depth(SURFACE, [stroke])[start].mean() for stroke in (PATH, led))
+    assert goes < 0.4 * stands

@@ -11,7 +11,7 @@ from finish.test_dwell import DWELL, JUDGED, LEVEL, PATH, SURFACE, X, Y
 from burnish.core import Array
 from burnish.errors import PlanError
 from burnish.finish.removal import coverage
-from burnish.finish.repair import TOLERANCE, as_the_tip_sees, repair, zones
+from burnish.finish.repair import TOLERANCE, _worthwhile, as_the_tip_sees, repair, zones
 from burnish.paths.stroke import Stroke
 from burnish.paths.tilt import Tilt
 
@@ -73,8 +73,24 @@ def test_zone_smaller_than_the_least_is_dropped() -> None:
 
 def test_what_is_finer_than_the_contact_is_not_seen() -> None:
     stripes: Array = LEVEL * (1.0 + 0.3 * np.sin(2 * np.pi * Y / 2.5e-3))
-    seen = as_the_tip_sees(SURFACE, stripes, 4.2e-3)
+    seen = as_the_tip_sees(SURFACE, stripes, 4.2e-3, JUDGED)
     np.testing.assert_allclose(seen[JUDGED], LEVEL, rtol=0.05)
+
+
+def test_what_is_not_judged_makes_no_lack_at_the_rim() -> None:
+    seen = as_the_tip_sees(SURFACE, np.where(JUDGED, LEVEL, 0.0), 4.2e-3, JUDGED)
+    np.testing.assert_allclose(seen[JUDGED], LEVEL, rtol=1e-12)
+
+
+def test_strokes_that_would_do_harm_are_left_out() -> None:
+    lacks = LEVEL - WORN
+    useful = repair(DWELL, SURFACE, PLANNED, WORN, LEVEL, JUDGED).strokes
+    # A line over what is at target adds something even at its fastest.
+    at = np.flatnonzero(np.isclose(PLANNED[0].points[:, 1], -12.5e-3))
+    harmful = replace(PLANNED[0].rows(slice(at[0], at[-1] + 1)), force=np.full(len(at), 2.0))
+    kept = _worthwhile(DWELL, SURFACE, [harmful, *useful], lacks, JUDGED)
+    assert len(kept) == len(useful)
+    assert all(len(stroke.points) != len(at) for stroke in kept)
 
 
 @pytest.mark.parametrize(("target", "tolerance"), [(0.0, 0.05), (LEVEL, 0.0), (LEVEL, 1.0)])

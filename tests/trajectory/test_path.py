@@ -173,13 +173,18 @@ def test_force_rises_in_the_ramp_holds_and_goes_on() -> None:
     assert_allclose(ramped.force[150:], PATH.force, atol=0.0)
 
 
-@pytest.mark.parametrize("start", [2.0, 1e3])
-def test_force_may_begin_with_what_a_touch_leaves_but_not_above_its_own(start: float) -> None:
-    ramped = PATH.with_ramp(0.5, 0.25, start)
+def test_force_may_begin_with_what_a_touch_leaves() -> None:
+    ramped = PATH.with_ramp(0.5, 0.25, 2.0)
     own = float(PATH.force[0])
-    first = min(start, own)
-    assert_allclose(ramped.force[:100], np.linspace(first, own, 101)[:100], atol=1e-9)
+    assert own > 2.0
+    assert_allclose(ramped.force[:100], np.linspace(2.0, own, 101)[:100], atol=1e-9)
     assert_allclose(ramped.force[100:150], own, atol=0.0)
+
+
+@pytest.mark.parametrize("above", [0.0, 1e-15, 1e3])
+def test_path_that_begins_with_what_a_touch_leaves_does_not_stand(above: float) -> None:
+    ramped = PATH.with_ramp(0.5, 0.25, (1.0 + above) * float(PATH.force[0]))
+    assert ramped.duration == PATH.duration
 
 
 def test_tool_stands_still_during_the_ramp() -> None:

@@ -43,9 +43,9 @@ class ForceMotion:
     that the tool touches. It fades to 0 when the force is lost: the normal direction is then held by position like
     the others, so the tool does not lunge, and looks for the surface a few millimetres down at the speed of a guarded
     approach. Without a normal in the reference c = 0: pure motion. τ_friction is compensated at the **planned** joint
-    speed q̇_d = J̄ (v_d + T a_d), which neither noise nor stiction disturbs, and as it will be when the torque acts, T from
-    now: where a joint turns round its friction does so at once. While f_d rises or falls v_d has a part along −n or n,
-    because the joints have to give the tip its way and would stick. With `spinning` the drag of a tip that a
+    speed q̇_d = J̄ (v_d + T a_d), which neither noise nor stiction disturbs, and as it will be when the torque acts, T
+    from now: where a joint turns round its friction does so at once. While f_d rises or falls v_d has a part along −n
+    or n, because the joints have to give the tip its way and would stick. With `spinning` the drag of a tip that a
     spindle turns, at the planned motion and tilt, takes the place of −µ f_d v̂_t.
 
     A reference may ask for a share s of the stiffness, to be softer at an edge say: K_p becomes s K_p and K_d √s K_d,

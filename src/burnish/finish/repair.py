@@ -120,7 +120,7 @@ def _worthwhile(
         # Of Σ w (l + d)² − Σ w l², for the piece that is left out.
         gain = [float(share @ (depth * (2.0 * left + depth))) for depth in depths]
         worst = int(np.argmin(gain))
-        if gain[worst] >= 0.0:
+        if gain[worst] > 0.0:
             return fitted
         pieces = [piece for i, piece in enumerate(pieces) if i != worst]
     return []

@@ -56,7 +56,7 @@ def evened(recipe: Recipe, ground: Ground, passes: Sequence[Sequence[Stroke]]) -
 
 
 def _led(stroke: Stroke) -> Stroke:
-    """The stroke with leads that press no more than a touch leaves: so the tool need not stand until its force is up."""
+    """The stroke with leads that press no more than a touch leaves, so that the tool need not stand first."""
     return with_leads(stroke, LEAD, min(1.0, LEAST_FORCE / float(stroke.force.min())))
 
 
