@@ -24,7 +24,7 @@ from burnish.trajectory.path import tool_rotation
 
 APPROACH_SPEED = 5e-3
 """Speed of a guarded approach [m/s]; a stiff tip is slower, see `gently`."""
-LIGHT, MASS = 2.75, 13.0
+LIGHT, MASS = 2.75, 15.0
 """Force of a first touch [N] beyond which the approach is slower, and mass that is felt then [kg]: what tips of 10 to
 100 kN/m meet at v costs v √(k m) in trials, late readings and rotors included."""
 TRAVEL_SPEED = 0.05
