@@ -12,12 +12,12 @@ from burnish.polish.moves import APPROACH_SPEED, LIGHT, MASS, gently
 TOOL = PolishingTool()
 
 
-@pytest.mark.parametrize("stiffness", [1e3, 12e3, 30e3])
+@pytest.mark.parametrize("stiffness", [1e3, 12e3, 25e3])
 def test_soft_tips_touch_at_the_usual_speed(stiffness: float) -> None:
     assert gently(APPROACH_SPEED, replace(TOOL, stiffness=stiffness)) == APPROACH_SPEED
 
 
-@pytest.mark.parametrize("stiffness", [40e3, 100e3, 1e6])
+@pytest.mark.parametrize("stiffness", [30e3, 100e3, 1e6])
 def test_a_stiff_tip_touches_no_harder_than_a_soft_one(stiffness: float) -> None:
     speed = gently(APPROACH_SPEED, replace(TOOL, stiffness=stiffness))
     assert speed < APPROACH_SPEED
