@@ -11,19 +11,22 @@ import pytest
 from burnish.control.force import ForceMotion
 from burnish.core import State
 from burnish.errors import PlanError
+from burnish.finish.dwell import FIRST
 from burnish.model.model import Model
 from burnish.model.tool import PolishingTool
+from burnish.paths.lead import with_leads
 from burnish.paths.stroke import Stroke
 from burnish.paths.tilt import Tilt, tool_axes
 from burnish.polish.cell import READY, nominal_placement, tool_down
 from burnish.polish.cellsim import JointFelt, WristFelt, simulated_job
-from burnish.polish.process import SETTLE, Job, timed
+from burnish.polish.process import SETTLE, Job, reached, timed
 from burnish.runtime.supervisor import Supervisor
 from burnish.sim import arms
 from burnish.sim.arms import Arm
 from burnish.sim.robot import SimRobot
 from burnish.surface import DistanceGrid
 from burnish.trajectory import SurfacePath
+from burnish.trajectory.path import ROUNDED
 
 RADIUS = 0.15
 TOOL = PolishingTool()
@@ -263,6 +266,19 @@ def test_stiffness_along_a_stroke_reaches_the_law() -> None:
         pulls.append(law.torque(end, source.at(end)) - model.at(State(t=0.0, q=READY, dq=np.zeros(6))).g)
     # In air, at rest, without integrals, the law is Λ K e alone.
     np.testing.assert_allclose(pulls[1], 0.25 * pulls[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("gently", [False, True])
+def test_way_that_is_done_is_that_of_the_path_in_time_whether_it_stands_at_first_or_not(gently: bool) -> None:
+    stroke = there_and_back(Tilt())
+    stroke = with_leads(stroke, touching=FIRST / float(stroke.force[0])) if gently else stroke
+    placement, upright = nominal_placement(0.01), tool_down(TOOL.on(Model.jaco2()))
+    path, along = timed(stroke, placement, upright), reached(stroke, placement, upright)
+    there = np.column_stack([np.interp(along, stroke.arc, column) for column in placement.points(stroke.points).T])
+    assert len(along) == len(path.p)
+    # Less half of the time over which corners are rounded, at the feed.
+    np.testing.assert_allclose(there, path.p, atol=0.5 * ROUNDED * float(stroke.feed.max()))
+    assert along[-1] == pytest.approx(stroke.length)
 
 
 def test_leaning_tool_of_unknown_radius_is_refused() -> None:

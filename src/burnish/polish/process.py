@@ -194,11 +194,13 @@ class Job(Moves):
 
 
 def reached(stroke: Stroke, placement: Placement, upright: Array, tip_radius: float | None = None) -> Array:
-    """Path length of a stroke at each node of its `timed` path [m], (N,).
+    """Path length of a stroke at each node of its `timed` path [m], (N,); 0 while it stands.
 
     The length rides along in the place of the force, so the same rule times both.
     """
-    return timed(replace(stroke, force=stroke.arc), placement, upright, tip_radius).force
+    along = _moving(replace(stroke, force=stroke.arc), placement, upright, tip_radius).force
+    stands = len(timed(stroke, placement, upright, tip_radius).p) - len(along)
+    return np.concatenate([np.zeros(stands), along])
 
 
 def timed(stroke: Stroke, placement: Placement, upright: Array, tip_radius: float | None = None) -> TimedPath:
@@ -214,6 +216,11 @@ def timed(stroke: Stroke, placement: Placement, upright: Array, tip_radius: floa
         PlanError: if the surface turns the tool too fast for the wrist over most of the stroke, or the tool leans and
             no radius is given.
     """
+    return _moving(stroke, placement, upright, tip_radius).with_ramp(RAMP, STAND, FIRST)
+
+
+def _moving(stroke: Stroke, placement: Placement, upright: Array, tip_radius: float | None) -> TimedPath:
+    """The same without the ramp."""
     axes = stroke.axes
     if tip_radius is None and stroke.tilt.angle != 0.0:
         raise PlanError("the tool leans over its tip, whose radius is unknown; expected tip_radius in m")
@@ -224,7 +231,7 @@ def timed(stroke: Stroke, placement: Placement, upright: Array, tip_radius: floa
             f"{100 * share:.0f} % of the feed; expected at least {100 * SLOWEST:.0f} %. "
             f"Lower the feed to {1e3 * share * float(np.mean(stroke.feed)):.0f} mm/s"
         )
-    path = time_path(
+    return time_path(
         placement.points(stroke.points),
         placement.directions(stroke.normals),
         stroke.feed,
@@ -235,4 +242,3 @@ def timed(stroke: Stroke, placement: Placement, upright: Array, tip_radius: floa
         tip_radius=0.0 if tip_radius is None else tip_radius,
         stiffness=stroke.stiffness,
     )
-    return path.with_ramp(RAMP, STAND, FIRST)
