@@ -45,7 +45,7 @@ ASIDE = 4e-3
 """How far the tool may be beside its place on the patch, and get along it within a cycle [m]."""
 FIRST = 1.0
 """Time of a pass that is not judged [s], after the force has settled."""
-PIECE = 0.12
+PIECE = 0.5
 """Path on the mould whose force is compared before and after a move [m]."""
 
 
@@ -390,7 +390,7 @@ def rows(short: bool) -> list[dict[str, Any]]:
     """All rows; the short form with few poses, stops and seeds."""
     return [
         *moved_mould(2 if short else 20),
-        *replayed(1 if short else 5),
+        *replayed(1 if short else 20),
         *stopped(2 if short else 10),
         *tripped(),
         *passes(1 if short else 5),

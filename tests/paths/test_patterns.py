@@ -13,6 +13,7 @@ from burnish.errors import PlanError
 from burnish.paths.hem import hem
 from burnish.paths.hertz import recommended_step
 from burnish.paths.patterns import Contour, CrossHatch, Geodesic, Pattern, Polyline, Raster, Spiral
+from burnish.paths.raster import lines
 from burnish.paths.reach import Reach
 from burnish.paths.stroke import Stroke
 from burnish.surface import Border, DistanceGrid, Mould, bundled
@@ -59,6 +60,16 @@ def test_tip_touches_and_never_gouges(name: str, pattern: Pattern) -> None:
     gap = grid(name).at(points + TIP * normals)[0] - TIP
     assert np.abs(gap).max() < 2e-6
     assert np.abs(grid(name).at(points)[0]).max() < 50e-6
+
+
+def test_no_line_of_a_raster_lies_close_beside_the_next_one() -> None:
+    # At its fillet the mould ends in a shallow bow, wider by part of a step at both of its ends than in the middle.
+    found = lines(reach("mould"), mould("mould"), step=None, feed=0.02, force=10.0, angle=0.0)
+    places = joined(found, "points")
+    for side in (-0.03, 0.0, 0.03):
+        y = np.sort(places[(np.abs(places[:, 0] - side) < 1e-3) & (places[:, 1] < -0.03), 1])
+        apart = np.diff(y)
+        assert apart[apart > 0.1e-3].min() > 0.8e-3
 
 
 @pytest.mark.parametrize(("name", "pattern"), CASES)

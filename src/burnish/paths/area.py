@@ -26,7 +26,8 @@ SPARE = 0.25
 contact still remove evenly; one more line in a narrow patch would remove twice as much."""
 
 NARROW = 0.4
-"""Steps up to which a patch with nothing beside it gets a single line in its middle: two would turn on the spot."""
+"""Steps up to which a patch with nothing beside it gets a single line in its middle, because two would turn on the
+spot; and up to which a patch beside another one gets none, because it is worked by the next line of that."""
 
 MOST_LINES = 1500
 """Lines of the largest raster; finer ones take days to run."""
@@ -129,6 +130,8 @@ class Area:
                 continue
             number, knots = self._numbers(patch, low, high)
             inner = patch.below is not None or patch.above is not None
+            if inner and number[-1] < NARROW:
+                continue
             intervals = int(np.ceil(number[-1] - (SPARE if inner else 1e-6)))
             if intervals > MOST_LINES:
                 raise PlanError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor
 
 import numpy as np
 
@@ -58,8 +59,8 @@ def follow(model: Model, path: TimedPath, q0: Array = READY) -> JointPath:
         joints.append(q)
     if worst > SPEED_SHARE:
         raise PlanError(
-            f"the path needs {100 * worst:.0f} % of a joint's speed; expected at most {100 * SPEED_SHARE:.0f} %. "
-            f"Lower the feed to {SPEED_SHARE / worst:.2f} of its value"
+            f"the path needs {100 * worst:.1f} % of a joint's speed; expected at most {100 * SPEED_SHARE:.0f} %. "
+            f"Lower the feed to {floor(100 * SPEED_SHARE / worst)} % of its value"
         )
     return JointPath(q=np.array(joints), speed_share=worst)
 
