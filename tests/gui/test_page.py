@@ -1,5 +1,6 @@
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -109,6 +110,26 @@ def test_the_button_leads_from_the_plan_to_the_job_to_the_pause(page, work, plat
     assert not page.stop.disabled
     page.stop.value = True
     wait_for(lambda: work.jobs[0].asked == ["stop"])
+
+
+def test_escape_stops_a_job_and_nothing_else(page, work, plate) -> None:
+    work.mount(plate)
+    settle(work, page, Stage.READY, preview=Preview())
+    assert page.stop_key.disabled
+    assert page.stop_key.hotkey == "escape"
+    page.step.value = True
+    wait_for(lambda: work.stage is Stage.RUNNING)
+    page.refresh(None)
+    assert not page.stop_key.disabled
+    for callback in page.stop_key._impl.trigger_cb:
+        callback(SimpleNamespace(client=None, client_id=None))
+    assert work.jobs[0].asked == ["stop"]
+
+
+def test_a_lesson_has_no_share_that_is_done(work) -> None:
+    work.run(["teach"], work.new_folder("teach"), None)
+    assert pages.says(work, glance(wall=time.monotonic())).endswith("3 of 9.")
+    assert pages.progress(work, glance()) is None
 
 
 def test_a_watcher_sees_controls_that_are_off_and_the_reason(page, work, hand, plate) -> None:

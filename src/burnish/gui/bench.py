@@ -89,6 +89,11 @@ class Bench:
         """Whether an arm is in motion."""
         return self.stage in LIVE
 
+    @property
+    def taught(self) -> bool:
+        """Whether the job is a lesson, of which nobody knows how long it will be."""
+        return self.line[:1] == ["teach"]
+
     def glance(self) -> Glance | None:
         """What the running job shows."""
         job = self.job

@@ -63,6 +63,8 @@ class Page:
         self.lead = gui.add_button("Take command", icon=viser.Icon.HAND_STOP, visible=False)
         self.step = gui.add_button("Plan")
         self.stop = gui.add_button("Stop", color="red", icon=viser.Icon.PLAYER_STOP_FILLED)
+        # However far the page is scrolled.
+        self.stop_key = gui.add_command("Stop the job", hotkey="escape", icon=viser.Icon.PLAYER_STOP_FILLED)
         gui.add_html(theme.text(words.NO_EMERGENCY_STOP, dim=True))
         self.report = gui.add_html("", visible=False)
         self.progress = gui.add_progress_bar(0.0, visible=False)
@@ -83,6 +85,7 @@ class Page:
         self.lead.on_click(guarded(self.tell, self._take))
         self.step.on_click(self.act(self._lead_on))
         self.stop.on_click(self.act(lambda event: bench.stop()))
+        self.stop_key.on_trigger(self.act(lambda event: bench.stop()))
         self.refresh(None)
 
     def act(self, do: Callable[[Any], object]) -> Callable[[Any], None]:
@@ -122,7 +125,9 @@ class Page:
         self._shown, self.looked = now, bench.looked
         put(self.step, label=step.label)
         allow(self.step, may)
-        allow(self.stop, stages.may_stop(stage, commands))
+        may_stop = stages.may_stop(stage, commands)
+        allow(self.stop, may_stop)
+        put(self.stop_key, disabled=not may_stop.may)
         put(
             self.trouble,
             content=theme.notice(bench.trouble, "orange") if bench.trouble else "",
@@ -187,7 +192,7 @@ def says(bench: Bench, glance: Glance | None) -> str:
     what = f"The arm {words.phase(glance.phase)}"
     if glance.strokes > 1:
         what += f", stroke {min(glance.stroke + 1, glance.strokes)} of {glance.strokes}"
-    what += f"; {100.0 * glance.done:.0f} % of the work is done."
+    what += "." if bench.taught else f"; {100.0 * glance.done:.0f} % of the work is done."
     if glance.cause:
         what = f"Held: {glance.cause}."
     return f"{what} {step.says}" if bench.stage is Stage.ENDING else what
@@ -197,6 +202,6 @@ def progress(bench: Bench, glance: Glance | None) -> float | None:
     """Share of what is under way, 0 to 1; None if nothing is."""
     if bench.stage is Stage.PLANNING:
         return bench.planner.share
-    if bench.live:
+    if bench.live and not bench.taught:
         return 0.0 if glance is None else glance.done
     return None

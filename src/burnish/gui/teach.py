@@ -88,7 +88,7 @@ class TeachTab:
         waits = glance.waits_for if glance is not None and bench.live else ()
         for key, button in self.keys.items():
             put(button, disabled=not (mine and key in waits))
-        jogged = mine and bench.live and DEVICES[self.device.value] == "jog" and bench.line[:1] == ["teach"]
+        jogged = mine and bench.live and DEVICES[self.device.value] == "jog" and bench.taught
         for button in self.moves.values():
             put(button, disabled=not jogged)
 

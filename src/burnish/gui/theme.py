@@ -22,7 +22,7 @@ COLOURS = {
     "red": "#c92a2a",
 }
 """White text can be read on each (WCAG AA)."""
-_TEXT = "font-size:0.82em;line-height:1.4;padding:0 0.9em 0.45em;color:var(--mantine-color-text)"
+_TEXT = "font-size:0.82em;line-height:1.4;padding:0 0.9em 0.75em;color:var(--mantine-color-text)"
 _DIM = "color:var(--mantine-color-dimmed)"
 
 

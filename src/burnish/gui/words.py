@@ -7,7 +7,10 @@ from math import isfinite, pi
 
 from burnish.runtime.machine import Mode
 
-NO_EMERGENCY_STOP = "No emergency stop: it asks the program to end the job. In danger press the red button at the arm."
+NO_EMERGENCY_STOP = (
+    "Stop, or the key Esc, asks the program to end the job: it is no emergency stop. "
+    "In danger press the red button at the arm."
+)
 """Stands beside the stop."""
 MODES = {
     Mode.IDLE: ("not connected", "gray"),
