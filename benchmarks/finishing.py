@@ -17,6 +17,7 @@ from typing import Any
 
 import finishing_checks
 import finishing_force
+import finishing_jobs
 import finishing_meshes
 import finishing_paths
 import finishing_removal
@@ -30,6 +31,7 @@ PARTS = {
     "force": finishing_force.rows,
     "removal": finishing_removal.rows,
     "run": finishing_run.rows,
+    "jobs": finishing_jobs.rows,
 }
 RESULTS = Path(__file__).resolve().parent / "results" / "finishing.json"
 EXPLAINED = RESULTS.with_name("finishing_explained.md")
