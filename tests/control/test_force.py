@@ -210,25 +210,16 @@ def test_friction_of_the_surface_is_fed_forward_along_the_motion() -> None:
     assert_allclose(wrenches[1] - wrenches[0], [*(0.3 * 8.0 * along), 0.0, 0.0, 0.0], atol=2e-3 * 2.4)
 
 
-def test_friction_of_the_joints_is_compensated_at_the_planned_speed() -> None:
+@pytest.mark.parametrize("ahead", [0.0, 0.03])
+def test_friction_is_that_of_the_planned_motion_when_the_torque_acts(ahead: float) -> None:
     friction = Friction(coulomb=np.ones(6), viscous=np.arange(1.0, 7.0))
     arm, wanted = random_case(2)
-    laws = [ForceMotion(), ForceMotion(friction=friction, friction_share=0.7)]
+    laws = [ForceMotion(), ForceMotion(friction=friction, friction_share=0.7, friction_ahead=ahead)]
     for law in laws:
         law.reset(arm)
     plain, compensated = (law.torque(arm, wanted) for law in laws)
-    assert_allclose(compensated - plain, 0.7 * friction.torque(np.linalg.solve(arm.J, wanted.v)), atol=1e-8)
-
-
-def test_friction_is_that_of_the_planned_motion_at_the_instant_in_which_the_torque_acts() -> None:
-    friction = Friction(coulomb=np.ones(6), viscous=np.arange(1.0, 7.0))
-    arm, wanted = random_case(2)
-    laws = [ForceMotion(), ForceMotion(friction=friction, friction_ahead=0.03)]
-    for law in laws:
-        law.reset(arm)
-    plain, compensated = (law.torque(arm, wanted) for law in laws)
-    then = np.linalg.solve(arm.J, wanted.v + 0.03 * wanted.a)
-    assert_allclose(compensated - plain, friction.torque(then), atol=1e-8)
+    then = np.linalg.solve(arm.J, wanted.v + ahead * wanted.a)
+    assert_allclose(compensated - plain, 0.7 * friction.torque(then), atol=1e-8)
 
 
 # Contact found and lost.
