@@ -56,6 +56,19 @@ def test_results_come_back_as_they_were_kept(tmp_path: Path) -> None:
     assert list(Store(tmp_path, SETTINGS).results.values()) == kept
 
 
+def test_what_an_interrupted_call_had_written_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = Store(tmp_path, SETTINGS)
+
+    def interrupted(file: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("burnish.campaign.results.os.fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        store.add([result(0), result(1)])
+    store.read()
+    assert list(store.results) == [0, 1]
+
+
 def test_line_that_was_cut_off_is_done_again(tmp_path: Path) -> None:
     Store(tmp_path, SETTINGS).add([result(0), result(1)])
     path = tmp_path / "episodes.jsonl"

@@ -132,7 +132,7 @@ class Store:
         known = folder / "settings.json"
         if known.exists():
             self._check(known, settings)
-            self._read()
+            self.read()
         folder.mkdir(parents=True, exist_ok=True)
         known.write_text(json.dumps(asdict(settings), indent=2) + "\n", encoding="utf-8")
 
@@ -161,8 +161,12 @@ class Store:
                 "Choose another folder with --out"
             )
 
-    def _read(self) -> None:
-        """Take what is there; a last line that was cut off is done again."""
+    def read(self) -> None:
+        """Take what is on the disk, also after an `add` that was interrupted; a last line that was cut off is dropped.
+
+        Raises:
+            InputError: if it is damaged.
+        """
         if not self._path.exists():
             return
         data = self._path.read_bytes()

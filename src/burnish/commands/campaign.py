@@ -42,6 +42,7 @@ def run(options: argparse.Namespace) -> int:
                 progress.update("episodes", done / options.episodes)
         except KeyboardInterrupt:
             interrupted = True
+            store.read()
         finally:
             batches.close()
         progress.stage("writing the report")
