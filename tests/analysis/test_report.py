@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import base64
+import os
 import re
 import shutil
 import subprocess
@@ -191,7 +192,9 @@ def test_figures_are_written_for_people(value, text):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs the browser chromium")
+@pytest.mark.skipif(
+    shutil.which("chromium") is None and not os.environ.get("CI"), reason="there is no Chromium; CI has to have one"
+)
 def test_a_browser_draws_the_scene_without_an_error(report, ball, tmp_path):
     write_report(report(shapes=(ball(colour=(0.9, 0.0, 0.0)),)), tmp_path / "report.html")
     # Software GL on a busy machine may not have drawn in time: then look again, for longer.
