@@ -12,6 +12,7 @@ from typing import Any
 from burnish.control.adaptive import Adaptive
 from burnish.control.force import ForceMotion
 from burnish.control.gains import DampingRatio as DampingRatio
+from burnish.control.gears import LearntFriction as LearntFriction
 from burnish.control.hybrid import Hybrid, HybridNullSpace
 from burnish.control.impedance import Impedance, InertiaShapingImpedance, RedundantImpedance
 from burnish.control.joint import ComputedTorque, GravityCompensation

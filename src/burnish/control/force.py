@@ -9,6 +9,7 @@ from operator import mul
 import numpy as np
 
 from burnish.control.checks import need_tool_reference
+from burnish.control.gears import LearntFriction
 from burnish.control.tank import EnergyTank
 from burnish.core import SINGULAR_MOBILITY, Array, Dynamics, ToolReference
 from burnish.errors import InputError
@@ -44,9 +45,10 @@ class ForceMotion:
     the others, so the tool does not lunge, and looks for the surface a few millimetres down at the speed of a guarded
     approach. Without a normal in the reference c = 0: pure motion. τ_friction is compensated at the **planned** joint
     speed q̇_d = J̄ (v_d + T a_d), which neither noise nor stiction disturbs, and as it will be when the torque acts, T
-    from now: where a joint turns round its friction does so at once. While f_d rises or falls v_d has a part along −n
-    or n, because the joints have to give the tip its way and would stick. With `spinning` the drag of a tip that a
-    spindle turns, at the planned motion and tilt, takes the place of −µ f_d v̂_t.
+    from now: where a joint turns round its friction does so at once. A `LearntFriction` learns its size on the way, and
+    keeps it over a `reset`. While f_d rises or falls v_d has a part along −n or n, because the joints have to give the
+    tip its way and would stick. With `spinning` the drag of a tip that a spindle turns, at the planned motion and tilt,
+    takes the place of −µ f_d v̂_t.
 
     A reference may ask for a share s of the stiffness, to be softer at an edge say: K_p becomes s K_p and K_d √s K_d,
     so the damping ratio stays. s above 1 wants a loop that is fast enough for it.
@@ -87,8 +89,8 @@ class ForceMotion:
     """Bound of the force integral's share [N]."""
     integral_acceleration: float = 6.0
     """Bound of the motion integrals [m/s², rad/s²]."""
-    friction: Friction | None = None
-    """Nominal joint friction to compensate; None compensates nothing."""
+    friction: Friction | LearntFriction | None = None
+    """Joint friction to compensate, nominal or learnt on the way; None compensates nothing."""
     friction_share: float = 1.0
     """Share of it that is compensated."""
     friction_ahead: float = 0.0
@@ -195,8 +197,18 @@ class ForceMotion:
             planned = arm.J_bar.dot(self._meant(reference) + self.friction_ahead * reference.a)
             # Next to a singularity J̄ v_d is a speed that no joint will have, and its friction not to be compensated.
             close = SINGULAR_MOBILITY**2 * float(np.vdot(Lambda, Lambda))
-            tau += self.friction_share / (1.0 + close**4) * self.friction.torque(planned)
+            fade = 1.0 / (1.0 + close**4)
+            tau += self.friction_share * fade * self.friction.torque(planned)
+            if isinstance(self.friction, LearntFriction):
+                self.friction.learn(planned, fade * arm.J_bar.dot(self._behind(lag, e, reference)), arm.M, dt)
         return np.asarray(tau)
+
+    def _behind(self, lag: Array, e: list[float], reference: ToolReference) -> Array:
+        """s = ṽ + ω e [m/s, rad/s], without what the surface holds."""
+        s = lag + self.position_frequency * np.array(e)
+        if reference.normal is not None:
+            s[:3] -= self._contact * reference.normal.dot(s[:3]) * reference.normal
+        return s
 
     def _follow(self, reference: ToolReference, dt: float) -> None:
         """How fast the set force rises; after free motion it begins anew."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from burnish.control.force import ForceMotion
+from burnish.control.gears import LearntFriction
 from burnish.control.joint import ComputedTorque
 from burnish.control.observer import MomentumSense
 from burnish.control.wrench import ContactSense, WristSense
@@ -154,13 +155,14 @@ def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointF
     """Gains for the dead time of the loop: what acts T late can be held no faster than about a third of 1/T.
 
     T is the delay, half a period of holding, half of differencing positions, and the sensor's filter. The friction of a
-    joint that turns round is to be there when it does: by trial 1.5 T ahead.
+    joint that turns round is to be there when it does: by trial 1.5 T ahead. How much it is the law learns.
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
+    omega = min(40.0, 0.33 / dead)
     law = ForceMotion(
-        position_frequency=min(40.0, 0.29 / dead),
-        orientation_frequency=min(40.0, 0.32 / dead),
-        friction=arm.friction,
+        position_frequency=omega,
+        orientation_frequency=omega,
+        friction=None if arm.friction is None else LearntFriction(nominal=arm.friction),
         friction_ahead=1.5 * dead,
         surface_friction=tool.friction,
         contact_force=0.6 * felt.least_touch,
