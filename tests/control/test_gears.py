@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from burnish.control.force import ForceMotion
 from burnish.control.gears import LearntFriction
-from burnish.core import Array, ToolReference, Torque
+from burnish.core import Array, State, ToolReference, Torque
 from burnish.errors import InputError
 from burnish.model.friction import Friction
 from burnish.model.model import Model
@@ -145,3 +145,21 @@ def test_what_is_known_of_the_gears_outlives_a_reset() -> None:
     with SimRobot(START, rate=500.0, tool=TOOL) as robot:
         law.reset(replace(model.at(robot.read()), F=np.zeros(6)))
     assert_allclose(learnt.shares, known, atol=0.0)
+
+
+@pytest.mark.parametrize(("felt", "learns"), [(0.0, True), (8.0, False)])
+def test_what_the_surface_holds_teaches_nothing(felt: float, learns: bool) -> None:
+    model, n = TOOL.on(Model.jaco2()), np.array([0.0, 0.6, 0.8])
+    learnt = LearntFriction(nominal=GEARS)
+    law = ForceMotion(friction=learnt, seek_speed=0.0)
+    arm = replace(model.at(State(t=0.0, q=START, dq=np.zeros(6))), F=np.concatenate([felt * n, np.zeros(3)]))
+    law.reset(arm)
+    v = np.concatenate([0.02 * np.array([1.0, 0.0, 0.0]), np.zeros(3)])
+    # Behind along the normal only; as fast as planned but for that.
+    arm = replace(arm, dq=np.linalg.solve(arm.J, v))
+    wanted = ToolReference(p=arm.p - 0.002 * n, R=arm.R, v=v, a=np.zeros(6), normal=n, force=8.0)
+    for i in range(1, 2001):
+        law.torque(replace(arm, t=1e-3 * i), wanted)
+        if i == 1000:
+            settled = learnt.shares
+    assert (np.abs(learnt.shares - settled).max() > 1e-3) == learns

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from burnish.errors import PlanError
+from burnish.errors import InputError, PlanError
 from burnish.polish.cell import Placement
 from burnish.polish.guesses import Doubt, Guesses
 from burnish.polish.search import MOST_TOUCHES, Found, Search
@@ -48,6 +48,15 @@ def searched(true: Placement, seed: int, only_down: bool = False, real: Distance
         way = line.start + np.arange(0.0, min(t, line.far), 2e-4)[:, None] * line.way
         search.felt(way, line.start + (t + FELT * rng.normal()) * line.way if np.isfinite(t) else None)
     return search.found()
+
+
+def test_grid_that_ends_beside_the_tip_is_refused_before_any_motion() -> None:
+    wide = block()
+    cut = 6
+    origin = wide.origin + cut * wide.spacing * np.array([1.0, 1.0, 0.0])
+    narrow = DistanceGrid(origin=origin, spacing=wide.spacing, values=wide.values[cut:-cut, cut:-cut])
+    with pytest.raises(InputError, match=r"ends 18 mm beside the mould; a tip of 20 mm .* aside=0.03"):
+        Search(grid=narrow, radius=TIP, nominal=NOMINAL, doubt=Doubt(), points=upper_side())
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from burnish.core import Array, Sample
-from burnish.errors import PlanError
+from burnish.errors import InputError, PlanError
 from burnish.model.ik import inverse_kinematics, solve
 from burnish.polish.cell import READY, Placement
 from burnish.polish.guesses import Doubt, Guesses
@@ -104,6 +104,12 @@ class Search:
     _free: list[Array] = field(default_factory=list, init=False, repr=False)
 
     def __post_init__(self) -> None:
+        room = min(float(self.grid.values[[0, -1]].min()), float(self.grid.values[:, [0, -1]].min()))
+        if not room > self.radius:
+            raise InputError(
+                f"the grid ends {1e3 * room:.0f} mm beside the mould; a tip of {1e3 * self.radius:g} mm that feels for "
+                "its sides needs more: DistanceGrid.of(mould, aside=0.03)"
+            )
         self._rng = np.random.default_rng(self.seed)
         self.guesses = Guesses.drawn(self.nominal, self.doubt, COUNT, self._rng)
         low, high = self.points.min(axis=0), self.points.max(axis=0)
