@@ -57,7 +57,13 @@ def feel(law: ForceMotion, force: float, wanted: float, cycles: int, t: float = 
     return np.array(wrenches)
 
 
-GAINS = {"position_frequency": 17.0, "orientation_frequency": 17.0, "force_gain": 0.0, "force_integral": 8.0}
+GAINS = {
+    "position_frequency": 17.0,
+    "orientation_frequency": 17.0,
+    "force_gain": 0.0,
+    "force_integral": 8.0,
+    "normal_rate": 1e4,
+}
 """Figures of these tests, so that they hold however the law is tuned."""
 
 
@@ -194,6 +200,18 @@ def test_motion_along_the_normal_is_damped() -> None:
     arm = at_rest(8.0, 1.0 + DT)
     wanted = pressing(arm, 8.0, v=np.concatenate([0.01 * NORMAL, np.zeros(3)]))
     assert tool_wrench(arm, law.torque(arm, wanted))[:3] @ NORMAL == pytest.approx(-8.0 + 300.0 * 0.01, abs=1e-6)
+
+
+def test_light_tool_is_damped_along_the_normal_no_harder_than_the_loop_can_follow() -> None:
+    arm = at_rest(8.0, 1.0 + DT)
+    felt = 1.0 / float(NORMAL @ (arm.J @ np.linalg.solve(arm.M, arm.J.T))[:3, :3] @ NORMAL)
+    for rate in (20.0, 40.0):
+        law = fresh(normal_damping=300.0, normal_rate=rate)
+        feel(law, 8.0, 8.0, 1000)
+        wanted = pressing(arm, 8.0, v=np.concatenate([0.01 * NORMAL, np.zeros(3)]))
+        push = float(tool_wrench(arm, law.torque(arm, wanted))[:3] @ NORMAL)
+        assert rate * felt < 300.0
+        assert push == pytest.approx(-8.0 + rate * felt * 0.01, abs=1e-6)
 
 
 def test_friction_of_the_surface_is_fed_forward_along_the_motion() -> None:

@@ -61,7 +61,7 @@ class ForceMotion:
     at every instant, because both terms are scaled by the α of an `EnergyTank`. With Λ constant the stored energy
     ½ ṽᵀΛṽ + ½ eᵀΛK_p e so grows by no more than `tank`, `supply` and what the contact does to the tool; friction eats
     the supply, and without it would empty the tank in a pass of a quarter of an hour. Not counted is what belongs to
-    the reference: a_d, seeking, and both frictions at the planned motion. D_n refills nothing, so the tool lunges no
+    the reference: a_d, seeking, and both frictions at the planned motion; learning adds a bounded energy. D_n refills nothing, so the tool lunges no
     farther than tank/f into what gives way, and then creeps on √(supply/D_n). With energy left, α is 1. `reset` fills
     the tank.
 
@@ -85,6 +85,8 @@ class ForceMotion:
     """k_i: integral force feedback [1/s]."""
     normal_damping: float = 260.0
     """D_n [N·s/m], against motion along the normal that the path does not ask for."""
+    normal_rate: float = 33.0
+    """Largest D_n/m [1/s], m the mass that is felt along the normal: what acts late would drive a lighter tool."""
     integral_force: float = 6.0
     """Bound of the force integral's share [N]."""
     integral_acceleration: float = 6.0
@@ -188,7 +190,7 @@ class ForceMotion:
             press *= c * share
             energy -= dt * (c * _along(n, momentum) * _along(n, counted) + press * _along(n, slip))
             self._leave(n, c, feedback, dt)
-            held = self._held(n, c, c * self.normal_damping * _along(n, slip) - press, reference)
+            held = self._held(n, c, c * self._damping(arm, reference.normal) * _along(n, slip) - press, reference)
         self._tank.add(energy)
         self._follow(reference, dt)
         wrench = Lambda.dot(reference.a - arm.dJdq + np.array(feedback)) + held
@@ -202,6 +204,11 @@ class ForceMotion:
             if isinstance(self.friction, LearntFriction):
                 self.friction.learn(planned, fade * arm.J_bar.dot(self._behind(lag, e, reference)), arm.M, dt)
         return np.asarray(tau)
+
+    def _damping(self, arm: Dynamics, n: Array) -> float:
+        """D_n [N·s/m], or what the mass along n allows, 1/m = nᵀ J M⁻¹ Jᵀ n."""
+        lightness = float(n.dot(arm.J[:3]).dot(arm.Minv_JT[:, :3].dot(n)))
+        return min(self.normal_damping, self.normal_rate / lightness) if lightness > 0.0 else self.normal_damping
 
     def _behind(self, lag: Array, e: list[float], reference: ToolReference) -> Array:
         """s = ṽ + ω e [m/s, rad/s], without what the surface holds."""

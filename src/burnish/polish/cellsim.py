@@ -154,16 +154,19 @@ def travel_law(arm: Arm) -> ComputedTorque:
 def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointFelt) -> ForceMotion:
     """Gains for the dead time of the loop: what acts T late can be held no faster than about a third of 1/T.
 
+    The brake along the normal is a loop of its own, D_n/m fast, and turns into a motor at 1.5/T.
+
     T is the delay, half a period of holding, half of differencing positions, and the sensor's filter. The friction of a
     joint that turns round is to be there when it does: by trial 1.5 T ahead. How much it is the law learns.
     """
     dead = (arm.delay + 1.0) / rate + 1e-3
-    omega = min(40.0, 0.33 / dead)
+    omega = min(40.0, 0.29 / dead)
     law = ForceMotion(
         position_frequency=omega,
         orientation_frequency=omega,
         friction=None if arm.friction is None else LearntFriction(nominal=arm.friction),
         friction_ahead=1.5 * dead,
+        normal_rate=0.7 / dead,
         surface_friction=tool.friction,
         contact_force=0.6 * felt.least_touch,
         spinning=tool.spinning,
