@@ -474,13 +474,14 @@ def test_spindle_hardly_leaves_friction_to_feed_forward_along_the_path() -> None
 
 
 def test_gains_along_the_normal_fall_with_the_stiffness_of_the_tip() -> None:
-    law = ForceMotion(normal_damping=260.0, force_gain=0.1)
+    law = ForceMotion(normal_damping=260.0, normal_rate=24.0, force_gain=0.1, force_integral=8.0)
     assert law.against(12e3) == law
     assert law.against(5e3) == law
     stiff = law.against(100e3)
     # 12 and 100 kN/m, each behind 100 kN/m of felt: 10.7 and 50 kN/m.
     share = (12.0 * 100.0 / 112.0) / 50.0
-    assert (stiff.normal_damping, stiff.force_gain) == pytest.approx((260.0 * share, 0.1 * share**2))
+    found = (stiff.normal_damping, stiff.normal_rate, stiff.force_gain, stiff.force_integral)
+    assert found == pytest.approx((260.0 * share, 24.0 * share, 0.1 * share**2, 8.0 * share**0.5))
 
 
 @pytest.mark.slow

@@ -16,10 +16,10 @@ from burnish.surface import DistanceGrid, Mould
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 4])
-def test_leaning_spindle_does_not_ring(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "stiffness"), [(2, 12e3), (4, 12e3), (4, 100e3)])
+def test_leaning_spindle_does_not_ring(seed: int, stiffness: float) -> None:
     mould = Mould.load("dome", "mm")
-    grid, tool = DistanceGrid.of(mould), PolishingTool(spindle=300.0)
+    grid, tool = DistanceGrid.of(mould), PolishingTool(spindle=300.0, stiffness=stiffness)
     (stroke,) = plan_strokes(mould, grid, Recipe(force=10.0, feed=0.02, tool=tool), tool)
     near = stroke.arc < 0.25
     tilt = Tilt(angle=np.deg2rad(15.0), heading=0.5 * np.pi)
@@ -36,4 +36,4 @@ def test_leaning_spindle_does_not_ring(seed: int) -> None:
     on = (t > starts[0] + 2.0) & (t < starts[-1])
     assert job.rig.supervisor.event is None
     assert job.failure is None
-    assert np.sqrt(np.mean((force[on] - 10.0) ** 2)) < 0.3
+    assert np.sqrt(np.mean((force[on] - 10.0) ** 2)) < 0.5

@@ -85,7 +85,7 @@ class ForceMotion:
     """k_i: integral force feedback [1/s]."""
     normal_damping: float = 260.0
     """D_n [N·s/m], against motion along the normal that the path does not ask for."""
-    normal_rate: float = 33.0
+    normal_rate: float = 24.0
     """Largest D_n/m [1/s], m the mass that is felt along the normal: what acts late would drive a lighter tool."""
     integral_force: float = 6.0
     """Bound of the force integral's share [N]."""
@@ -149,14 +149,21 @@ class ForceMotion:
         self._t = arm.t
 
     def against(self, stiffness: float) -> ForceMotion:
-        """This law for a tip of this stiffness [N/m]: the stiffer the contact, the less D_n and k_f.
+        """This law for a tip of this stiffness [N/m]: the stiffer the contact, the less D_n, k_f and k_i.
 
         A stiffer contact rings faster, and there what acts late no longer damps but drives: with 21 ms of dead time
-        D_n turns from brake to motor at 75 rad/s, 12 Hz. D_n goes with the inverse of the stiffness of tip and felt in
-        series, down from that of a tip of 12 kN/m, k_f with its square; found by trial with tips of 30 and 100 kN/m.
+        D_n turns from brake to motor at 75 rad/s, 12 Hz, and with less of a brake the integral rings sooner. D_n and
+        its rate go with the inverse of the stiffness of tip and felt in series, down from that of a tip of 12 kN/m, k_f
+        with its square, k_i with its root; found by trial with tips of 30 and 100 kN/m, upright and leaning.
         """
         share = min(1.0, with_felt(SOFT_TIP) / with_felt(stiffness))
-        return replace(self, normal_damping=share * self.normal_damping, force_gain=share**2 * self.force_gain)
+        return replace(
+            self,
+            normal_damping=share * self.normal_damping,
+            normal_rate=share * self.normal_rate,
+            force_gain=share**2 * self.force_gain,
+            force_integral=sqrt(share) * self.force_integral,
+        )
 
     @property
     def energy(self) -> float:

@@ -166,7 +166,7 @@ def law_for(arm: Arm, rate: float, tool: PolishingTool, felt: WristFelt | JointF
         orientation_frequency=omega,
         friction=None if arm.friction is None else LearntFriction(nominal=arm.friction),
         friction_ahead=1.5 * dead,
-        normal_rate=0.7 / dead,
+        normal_rate=0.5 / dead,
         surface_friction=tool.friction,
         contact_force=0.6 * felt.least_touch,
         spinning=tool.spinning,
