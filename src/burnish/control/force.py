@@ -112,7 +112,7 @@ class ForceMotion:
     tank: float = 0.3
     """Energy that force and integrals may put in beyond what they get back [J]: 10 N over 30 mm."""
     supply: float = 2e-3
-    """Power that they may put in for good [W]; with an empty tank it pushes the tool into nothing at 3 mm/s."""
+    """Power that they may put in for good [W]; with an empty tank it pushes the tool into nothing at 3 to 5 mm/s."""
     _integral: list[float] = field(default_factory=lambda: [0.0] * 6, init=False, repr=False)
     _force_integral: float = field(default=0.0, init=False, repr=False)
     _contact: float = field(default=0.0, init=False, repr=False)
