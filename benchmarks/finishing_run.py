@@ -345,22 +345,30 @@ def passes(seeds: int) -> list[dict[str, Any]]:
     # Higher, and the touches before the job would refuse the mould.
     bump = 0.5e-3 * np.exp(-0.5 * (nodes / 8e-3) ** 2)
     real = replace(grid, values=grid.values - bump[:, None, None])
-    worst = []
+    first, plain = [], []
     for seed in range(1, seeds + 1):
-        learner = Learner(gain=0.5)
-        done = ran(grid, [stroke], seed, legs=legs_of([[stroke]] * 3), real=real, learner=learner)
-        t, force = done.robot.truth.force()
-        ends = [start for start, _ in done.phases[1:]] + [np.inf]
-        rms = [
-            float(np.sqrt(np.mean((force[(t > start + SETTLE + FIRST) & (t < end)] - 10.0) ** 2)))
-            for (start, name), end in zip(done.phases, ends, strict=True)
-            if name == "pass"
-        ]
-        worst.append(max(rms[1:]) / rms[0])
+        errors = []
+        for gain in (0.5, 0.0):
+            learner = Learner(gain=gain)
+            done = ran(grid, [stroke], seed, legs=legs_of([[stroke]] * 3), real=real, learner=learner)
+            t, force = done.robot.truth.force()
+            ends = [start for start, _ in done.phases[1:]] + [np.inf]
+            rms = [
+                float(np.sqrt(np.mean((force[(t > start + SETTLE + FIRST) & (t < end)] - 10.0) ** 2)))
+                for (start, name), end in zip(done.phases, ends, strict=True)
+                if name == "pass"
+            ]
+            errors.append(np.array(rms))
+        learnt, without = errors
+        first.append(float(learnt[1:].max() / learnt[0]))
+        plain.append(float((learnt[1:] / without[1:]).max()))
     note = (
         f"worst pass of 3, {seeds} seeds, on a ridge 0.5 mm high that no plan knows; height learnt with a gain of 0.5"
     )
-    return [row("passes: force error by that of the first", max(worst), "≤ 1.05", "", max(worst) <= 1.05, note)]
+    return [
+        row("passes: force error by that of the first", max(first), "≤ 1.05", "", max(first) <= 1.05, note),
+        row("passes: force error by that uncorrected", max(plain), "≤ 1.05", "", max(plain) <= 1.05, note),
+    ]
 
 
 def torn() -> list[dict[str, Any]]:
