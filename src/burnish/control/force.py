@@ -62,8 +62,9 @@ class ForceMotion:
     ½ ṽᵀΛṽ + ½ eᵀΛK_p e so grows by no more than `tank`, `supply` and what the contact does to the tool; friction eats
     the supply, and without it would empty the tank in a pass of a quarter of an hour. Not counted is what belongs to
     the reference: a_d, seeking, and both frictions at the planned motion; learning adds a bounded energy. D_n refills
-    nothing, so the tool lunges no farther than tank/f into what gives way, and then creeps on √(supply/D_n). With
-    energy left, α is 1. `reset` fills the tank.
+    nothing, so with D_n in full the tool lunges no farther than tank/f into what gives way, and then creeps on
+    √(supply/D_n); where `normal_rate` bounds D_n, on a light arm, it goes farther. With energy left, α is 1. `reset`
+    fills the tank.
 
     Gravity is included. Source: the operational-space law of the blog (Khatib), thesis B ch. 4 for the impedance
     along the surface; force along the normal, its fading and the friction feed-forward are ours.
