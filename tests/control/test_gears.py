@@ -59,6 +59,13 @@ def test_joint_without_coulomb_friction_keeps_its_share() -> None:
     assert learnt.shares[1] == 1.0
 
 
+def test_broken_reading_teaches_nothing() -> None:
+    learnt = LearntFriction(nominal=NOMINAL)
+    learnt.learn(DQ, np.array([np.nan, 0.1, np.nan]), M, 0.01)
+    assert learnt.shares[0] == learnt.shares[2] == 1.0
+    assert learnt.shares[1] < 1.0
+
+
 def test_nothing_is_learnt_in_a_cycle_without_length() -> None:
     learnt = LearntFriction(nominal=NOMINAL)
     learnt.learn(DQ, np.ones(3), M, 0.0)

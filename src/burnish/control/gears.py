@@ -50,7 +50,7 @@ class LearntFriction:
         return np.asarray(self.shares * self.nominal.torque(dq))
 
     def learn(self, dq: Array, s: Array, M: Array, dt: float) -> None:
-        """Learn from a cycle of ``dt`` [s].
+        """Learn from a cycle of ``dt`` [s]; a joint of which something is no number keeps its share.
 
         Args:
             dq: planned joint velocity, at which friction was compensated [rad/s], (n,).
@@ -59,4 +59,6 @@ class LearntFriction:
             dt: length of the cycle [s].
         """
         grown = self.shares + dt * self._weight * M.diagonal() * self.nominal.torque(dq) * s
-        self.shares = np.clip(grown, 1.0 - self.most, 1.0 + self.most)
+        learnt = np.clip(grown, 1.0 - self.most, 1.0 + self.most)
+        # What outlives a reset must outlive a broken reading too.
+        self.shares = np.where(np.isfinite(learnt), learnt, self.shares)
